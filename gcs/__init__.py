@@ -1,0 +1,1 @@
+"""The ground: stations, coordination, launcher, recording, report and command line."""

@@ -1,0 +1,1 @@
+"""Coordination laws, selected by name; adding one is one file and one line here."""

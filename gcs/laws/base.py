@@ -1,0 +1,51 @@
+"""What a coordination law is told and what it answers. Ground side: ENU, SI, radians."""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from ...transport.frames import Triple
+
+
+class Peer(NamedTuple):
+    """What is known of one robot (of oneself with age 0)."""
+
+    system_id: int
+    kind: str  # quadcopter | rover
+    position: Triple  # m
+    velocity: Triple  # m/s
+    heading: float  # rad, counter-clockwise from east
+    age: float = 0.0  # s since position and velocity were true
+    vertical: bool = False  # taking off or landing: moves through all heights where it stands
+
+
+class Nominal(NamedTuple):
+    """Where the robot would be and how it would move, were it alone."""
+
+    position: Triple
+    velocity: Triple = (0.0, 0.0, 0.0)
+    yaw: float | None = None  # rad, ENU heading; None: the vehicle's own choice
+
+
+class Command(NamedTuple):
+    """What to send: a position target with feed-forwards, a velocity, or (all None) hold.
+
+    `feed_forward` is what the law added to the nominal velocity, for show.
+    """
+
+    position: Triple | None = None
+    velocity: Triple | None = None
+    acceleration: Triple | None = None
+    yaw: float | None = None
+    yaw_rate: float | None = None  # rad/s, positive turns left (ENU)
+    feed_forward: Triple = (0.0, 0.0, 0.0)
+
+
+HOLD = Command()
+
+
+class Law(Protocol):
+    """A pure function from what one robot knows to what it is told to do."""
+
+    def __call__(self, me: Peer, neighbours: Sequence[Peer], nominal: Nominal) -> Command:
+        """Return the command for `me`; `neighbours` holds all others, of any kind and age."""
+        ...

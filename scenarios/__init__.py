@@ -1,0 +1,1 @@
+"""What shall happen: the scenario schema, its loader, paths and the shipped missions."""

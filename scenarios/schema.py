@@ -1,0 +1,123 @@
+"""A scenario as typed data: what the loader makes of YAML and what everything else reads.
+
+Ground side: ENU, SI, radians. Angles in YAML are in degrees and named so.
+"""
+
+from dataclasses import dataclass, field
+
+from ..transport.frames import Origin
+from ..vehicles.config import Disturbance
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A place in ENU, metres from the fleet origin; `up` is None where height is the vehicle's."""
+
+    east: float
+    north: float
+    up: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hold:
+    """Stay at `at` (default: above the start) until every path has ended."""
+
+    at: Point | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goto:
+    """Move straight to `target`; arrival is within 0.2 m."""
+
+    target: Point
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Circle:
+    """Follow a circle at constant speed."""
+
+    centre: Point
+    radius: float  # m
+    speed: float = 0.5  # m/s
+    clockwise: bool = False
+    start_angle: float = 0.0  # rad, counter-clockwise from east
+    laps: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rectangle:
+    """Follow a rectangle counter-clockwise from its south-west `corner`, at constant speed."""
+
+    corner: Point
+    width: float  # m, east
+    height: float  # m, north
+    speed: float = 0.5
+    clockwise: bool = False
+    laps: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Waypoints:
+    """Follow straight legs through `points` at constant speed."""
+
+    points: tuple[Point, ...]
+    speed: float = 0.5
+
+
+Path = Hold | Goto | Circle | Rectangle | Waypoints
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotSpec:
+    """One robot of the team."""
+
+    name: str  # at most 16 ASCII letters, digits, '-' or '_'
+    kind: str  # quadcopter | rover
+    system_id: int
+    start: Point  # where it stands
+    heading: float = 0.0  # rad, counter-clockwise from east
+    path: Path = Hold()
+    dwell_s: float = 0.0  # at the end of the path
+    then: str = "land"  # land | return (quadcopters: fly back to the pad and land) | stay
+    profile: str = "default"
+    params: dict[str, float] = field(default_factory=dict)
+    disturbance: Disturbance | None = None  # None: the scenario's
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Team:
+    """How the team is coordinated."""
+
+    law: str = "safe"
+    rate_hz: float = 20.0  # coordination period
+    start_sigma_m: float = 0.2  # drawn by the seed, on each start position
+    takeoff_up: float = 2.0  # m, for quadcopters whose path names no height
+    setpoint_timeout_s: float = 0.5  # GUID_TIMEOUT of every vehicle
+    state_timeout_s: float = 1.0  # a state older than this is unknown
+    coordinators: str = "central"  # central | per-robot
+    law_params: dict[str, float] = field(default_factory=dict)  # k_f, kappa, ... by name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expect:
+    """Assertions that decide pass or fail; None asserts nothing."""
+
+    collisions: int | None = None
+    all_arrive_within_s: float | None = None
+    tracking_rmse_m: dict[str, float] = field(default_factory=dict)  # by robot name
+    min_separation_m: float | None = None  # centre to centre, any pair
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """A whole run, resolved: counts expanded, system ids given, defaults filled in."""
+
+    name: str
+    robots: tuple[RobotSpec, ...]
+    description: str = ""
+    duration: float = 60.0  # s of simulated time; longer is a time-out
+    seed: int = 1
+    origin: Origin = Origin()
+    team: Team = Team()
+    disturbance: Disturbance = Disturbance()
+    expect: Expect = Expect()

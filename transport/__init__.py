@@ -1,0 +1,1 @@
+"""Bytes, sockets and topics: MAVLink codec and links, tlogs, Zenoh bus, wire messages, frames."""

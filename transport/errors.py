@@ -1,0 +1,17 @@
+"""The errors a caller of mavherd may want to catch."""
+
+
+class MavherdError(Exception):
+    """Something a user can mend. The text says where, what and the cure; `exit_code` is the CLI's."""
+
+    exit_code = 2
+
+
+class LinkError(MavherdError):
+    """An address that cannot be parsed, a port that is taken, a link that cannot be opened."""
+
+
+class VehicleError(MavherdError):
+    """A vehicle or coordinator that could not start, died or froze."""
+
+    exit_code = 3

@@ -1,0 +1,1 @@
+"""One robot: dynamics, controllers, autopilot, telemetry and the process that hosts them."""
