@@ -2,9 +2,9 @@
 
 
 class MavherdError(Exception):
-    """Something a user can mend. The text says where, what and the cure; `exit_code` is the CLI's."""
+    """Something a user can mend: the text says where, what and the cure."""
 
-    exit_code = 2
+    exit_code = 2  # of the command line
 
 
 class LinkError(MavherdError):

@@ -1,0 +1,297 @@
+"""UDP and TCP links for MAVLink: non-blocking, bounded, deaf to strangers.
+
+An endpoint (a port that listens or an address that is sent to) yields links; a link is one
+conversation with one peer. A vehicle keeps codec and stream rates per link.
+"""
+
+import selectors
+import socket
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Protocol
+
+from .errors import LinkError
+
+MAX_PEERS = 16  # conversations per listening endpoint
+_DATAGRAM = 65535
+_READ = 1 << 16
+_MAX_UNSENT = 1 << 18  # bytes a TCP peer may leave unread before it is dropped
+_RECEIVE_BUFFER = 1 << 20
+
+
+class Link(Protocol):
+    """One conversation. `stream` says whether frames may be split across reads."""
+
+    stream: bool
+    spoken: bool  # the peer has said something
+    open: bool
+    label: str
+
+    def send(self, data: bytes) -> None:
+        """Send `data`, or drop it when the peer does not take it."""
+        ...
+
+
+class Endpoint(Protocol):
+    """Something that is waited on and yields what its peers sent."""
+
+    def sockets(self) -> list[socket.socket]:
+        """Return the sockets to wait for."""
+        ...
+
+    def links(self) -> list[Link]:
+        """Return the conversations that are open."""
+        ...
+
+    def receive(self) -> Iterator[tuple[Link, bytes]]:
+        """Yield what has arrived, without waiting."""
+        ...
+
+    def close(self) -> None:
+        """Close every socket."""
+        ...
+
+
+class UdpOut:
+    """Sends to one address; hears only that address."""
+
+    stream = False
+    open = True
+
+    def __init__(self, host: str, port: int) -> None:
+        self.label = f"udpout:{host}:{port}"
+        self.spoken = False
+        self._socket = _udp_socket()
+        try:
+            self._socket.connect((host, port))
+        except OSError as error:
+            raise LinkError(f"{self.label}: {error.strerror or error}") from None
+
+    def send(self, data: bytes) -> None:
+        """Send one datagram; nobody listening is no error."""
+        with suppress(OSError):
+            self._socket.send(data)
+
+    def sockets(self) -> list[socket.socket]:
+        """Return the one socket."""
+        return [self._socket]
+
+    def links(self) -> list[Link]:
+        """Return the one conversation."""
+        return [self]
+
+    def receive(self) -> Iterator[tuple[Link, bytes]]:
+        """Yield the datagrams that have arrived."""
+        for _ in range(64):  # a flood must not hold up the caller
+            try:
+                data = self._socket.recv(_DATAGRAM)
+            except BlockingIOError:
+                return
+            except OSError:  # "port unreachable" of an earlier send
+                continue
+            self.spoken = True
+            yield self, data
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class UdpPeer:
+    """One of those who have sent to a `UdpIn` port."""
+
+    stream = False
+    spoken = True
+
+    def __init__(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        self.label = f"udp:{address[0]}:{address[1]}"
+        self.open = True
+        self._socket = sock
+        self._address = address
+
+    def send(self, data: bytes) -> None:
+        """Send one datagram."""
+        with suppress(OSError):
+            self._socket.sendto(data, self._address)
+
+
+class UdpIn:
+    """Listens on a port and answers whoever sends there."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket = _udp_socket()
+        _bind(self._socket, host, port, f"udpin:{host}:{port}")
+        self.port: int = self._socket.getsockname()[1]
+        self.label = f"udpin:{host}:{self.port}"
+        self._peers: dict[tuple[str, int], UdpPeer] = {}
+
+    def sockets(self) -> list[socket.socket]:
+        """Return the one socket."""
+        return [self._socket]
+
+    def links(self) -> list[Link]:
+        """Return the peers, the one heard longest ago first."""
+        return list(self._peers.values())
+
+    def receive(self) -> Iterator[tuple[Link, bytes]]:
+        """Yield the datagrams that have arrived; beyond MAX_PEERS the stalest peer goes."""
+        for _ in range(64):
+            try:
+                data, address = self._socket.recvfrom(_DATAGRAM)
+            except BlockingIOError:
+                return
+            except OSError:
+                continue
+            peer = self._peers.pop(address, None) or UdpPeer(self._socket, address)
+            if len(self._peers) >= MAX_PEERS:
+                self._peers.pop(next(iter(self._peers))).open = False
+            self._peers[address] = peer
+            yield peer, data
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class TcpPeer:
+    """One accepted TCP connection."""
+
+    stream = True
+    spoken = True  # connecting is speaking
+
+    def __init__(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        self.label = f"tcp:{address[0]}:{address[1]}"
+        self.open = True
+        self.socket = sock
+        self._unsent = b""
+
+    def send(self, data: bytes) -> None:
+        """Send as much as the peer takes; drop a peer that reads nothing for too long."""
+        self._unsent += data
+        try:
+            self._unsent = self._unsent[self.socket.send(self._unsent) :]
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.close()
+        if len(self._unsent) > _MAX_UNSENT:
+            self.close()
+
+    def receive(self) -> bytes:
+        """Return what has arrived; closes itself when the peer has."""
+        try:
+            data = self.socket.recv(_READ)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self.close()
+        return data
+
+    def close(self) -> None:
+        """Close the connection."""
+        self.open = False
+        self.socket.close()
+
+
+class TcpServer:
+    """Accepts connections on a port."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._socket.setblocking(False)
+        _bind(self._socket, host, port, f"tcp:{host}:{port}")
+        self._socket.listen(MAX_PEERS)
+        self.port: int = self._socket.getsockname()[1]
+        self.label = f"tcp:{host}:{self.port}"
+        self._peers: list[TcpPeer] = []
+
+    def sockets(self) -> list[socket.socket]:
+        """Return the listening socket and one for each connection."""
+        return [self._socket, *(peer.socket for peer in self._peers)]
+
+    def links(self) -> list[Link]:
+        """Return the open connections."""
+        return [peer for peer in self._peers if peer.open]
+
+    def receive(self) -> Iterator[tuple[Link, bytes]]:
+        """Accept, then yield what has arrived."""
+        with suppress(OSError):
+            while True:
+                sock, address = self._socket.accept()
+                if len(self._peers) >= MAX_PEERS:
+                    sock.close()
+                    continue
+                sock.setblocking(False)
+                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._peers.append(TcpPeer(sock, address))
+        for peer in self._peers:
+            if peer.open and (data := peer.receive()):
+                yield peer, data
+        self._peers = [peer for peer in self._peers if peer.open]
+
+    def close(self) -> None:
+        """Close the port and every connection."""
+        for peer in self._peers:
+            peer.close()
+        self._socket.close()
+
+
+class Watcher:
+    """Waits for any of some endpoints and file descriptors."""
+
+    def __init__(self, endpoints: list[Endpoint], *others: socket.socket) -> None:
+        self._endpoints = endpoints
+        self._others = others
+        self._selector = selectors.DefaultSelector()
+        self._registered: set[socket.socket] = set()
+
+    def wait(self, timeout: float | None) -> set[object]:
+        """Return the sockets that are ready after at most `timeout` seconds."""
+        wanted = {s for e in self._endpoints for s in e.sockets()}.union(self._others)
+        if wanted != self._registered:
+            # Closed sockets cannot be unregistered one by one, and changes are rare.
+            self._selector.close()
+            self._selector = selectors.DefaultSelector()
+            for sock in wanted:
+                self._selector.register(sock, selectors.EVENT_READ)
+            self._registered = wanted
+        return {key.fileobj for key, _ in self._selector.select(timeout)}
+
+
+def socket_pair_udp() -> tuple[socket.socket, socket.socket]:
+    """Return two UDP sockets on loopback that hear only one another."""
+    a, b = _udp_socket(), _udp_socket()
+    for sock in (a, b):
+        sock.bind(("127.0.0.1", 0))
+        sock.setblocking(True)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+    a.connect(b.getsockname())
+    b.connect(a.getsockname())
+    return a, b
+
+
+def parse_address(text: str, what: str) -> tuple[str, int]:
+    """Return host and port of `HOST:PORT` or `PORT`; raise LinkError naming `what`."""
+    host, _, port = text.rpartition(":")
+    if not port.isdecimal() or not 0 <= int(port) <= 65535:
+        raise LinkError(f"{what} {text!r}: expected HOST:PORT with a port of 0..65535")
+    return host or "127.0.0.1", int(port)
+
+
+def _udp_socket() -> socket.socket:
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sock.setblocking(False)
+    return sock
+
+
+def _bind(sock: socket.socket, host: str, port: int, label: str) -> None:
+    try:
+        sock.bind((host, port))
+    except OSError as error:
+        sock.close()
+        raise LinkError(
+            f"{label}: {error.strerror or error} (choose another port, or 0 for any free one)"
+        ) from None

@@ -1,0 +1,128 @@
+"""MAVLink 2 bytes to messages and back. The only module that imports pymavlink.
+
+The generated dialect is used as it is (`mav`), without pymavlink's connection layer.
+"""
+
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+V1_MARKER = 0xFE
+V2_MARKER = 0xFD
+_V1_OVERHEAD = 8  # header 6, checksum 2
+_V2_OVERHEAD = 12  # header 10, checksum 2
+_SIGNATURE = 13
+_SIGNED_FLAG = 0x01
+
+AUTOPILOT_COMPONENT: int = mav.MAV_COMP_ID_AUTOPILOT1
+
+
+class Message(Protocol):
+    """A message of the dialect; its fields are attributes under their MAVLink names."""
+
+    def get_type(self) -> str:
+        """Return the message's name, such as `HEARTBEAT`."""
+        ...
+
+    def get_srcSystem(self) -> int:  # noqa: N802 - pymavlink's name
+        """Return the sender's system id."""
+        ...
+
+    def get_srcComponent(self) -> int:  # noqa: N802 - pymavlink's name
+        """Return the sender's component id."""
+        ...
+
+    def __getattr__(self, name: str) -> Any: ...
+
+
+class Codec:
+    """One end of one link: packs with its own ids and sequence, unpacks what arrives.
+
+    Garbage between frames, truncated frames and wrong checksums are skipped and counted in
+    `bad_bytes`; frames that a sender's sequence numbers say are missing, in `lost`.
+    """
+
+    def __init__(self, system_id: int, component_id: int = AUTOPILOT_COMPONENT) -> None:
+        self._mav = mav.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+        self._buffer = b""
+        self._sequences: dict[tuple[int, int], int] = {}
+        self.bad_bytes = 0
+        self.lost = 0
+
+    def encode(self, messages: Iterable[Message]) -> bytes:
+        """Return the frames of `messages`, in order."""
+        return b"".join(self.frames(messages))
+
+    def frames(self, messages: Iterable[Message]) -> list[bytes]:
+        """Return one frame for each message."""
+        out = []
+        for message in messages:
+            out.append(message.pack(self._mav))
+            self._mav.seq = (self._mav.seq + 1) & 0xFF
+        return out
+
+    def decode(self, data: bytes, *, stream: bool = True) -> list[Message]:
+        """Return the messages in `data`.
+
+        On a stream an incomplete frame waits for its rest; a datagram's is dropped.
+        """
+        return [message for message, _ in self.decode_frames(data, stream=stream)]
+
+    def decode_frames(self, data: bytes, *, stream: bool = True) -> list[tuple[Message, bytes]]:
+        """Return the messages in `data`, each with the bytes of its frame."""
+        buffer = self._buffer + data if self._buffer else data
+        out: list[tuple[Message, bytes]] = []
+        at, end = 0, len(buffer)
+        while at < end:
+            length = _frame_length(buffer, at, end)
+            if length == 0 or at + length > end:
+                if length == 0 or not stream:
+                    at += 1
+                    self.bad_bytes += 1
+                    continue
+                break  # the rest is still to come
+            frame = buffer[at : at + length]
+            try:
+                message = self._mav.decode(bytearray(frame))
+            except mav.MAVError:
+                message = None
+            if message is None or message.get_msgId() < 0:
+                # A message of another dialect (negative id) has a checksum that cannot be
+                # verified: searched byte by byte like garbage, it cannot hide a good frame.
+                at += 1
+                self.bad_bytes += 1
+                continue
+            at += length
+            self._count(message)
+            out.append((message, frame))
+        self._buffer = buffer[at:]
+        return out
+
+    def _count(self, message: Message) -> None:
+        sender = message.get_srcSystem(), message.get_srcComponent()
+        sequence: int = message.get_seq()
+        last = self._sequences.get(sender)
+        if last is not None:
+            self.lost += (sequence - last - 1) & 0xFF
+        elif len(self._sequences) >= 256:
+            self._sequences.clear()  # a flood of invented senders must not grow us
+        self._sequences[sender] = sequence
+
+
+def _frame_length(buffer: bytes, at: int, end: int) -> int:
+    """Return the length of the frame that begins at `at`, 0 when none does.
+
+    As long as the header is incomplete, any length beyond `end` says "wait".
+    """
+    marker = buffer[at]
+    if marker == V2_MARKER:
+        if at + 3 > end:
+            return _V2_OVERHEAD
+        flags = buffer[at + 2]
+        if flags & ~_SIGNED_FLAG:
+            return 0  # a flag we do not know changes the layout
+        return buffer[at + 1] + _V2_OVERHEAD + (_SIGNATURE if flags else 0)
+    if marker == V1_MARKER:
+        return buffer[at + 1] + _V1_OVERHEAD if at + 2 <= end else _V1_OVERHEAD
+    return 0
