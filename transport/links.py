@@ -196,15 +196,12 @@ class TcpPeer:
 
 
 class TcpServer:
-    """Accepts connections on a port."""
+    """Accepts connections on a socket made by `listen_tcp`, here or in a parent process."""
 
-    def __init__(self, host: str, port: int) -> None:
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    def __init__(self, listening: socket.socket) -> None:
+        self._socket = listening
         self._socket.setblocking(False)
-        _bind(self._socket, host, port, f"tcp:{host}:{port}")
-        self._socket.listen(MAX_PEERS)
-        self.port: int = self._socket.getsockname()[1]
+        host, self.port = listening.getsockname()
         self.label = f"tcp:{host}:{self.port}"
         self._peers: list[TcpPeer] = []
 
@@ -237,6 +234,15 @@ class TcpServer:
         for peer in self._peers:
             peer.close()
         self._socket.close()
+
+
+def listen_tcp(host: str, port: int) -> socket.socket:
+    """Return a listening socket; raise LinkError when the port cannot be had."""
+    sock = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    _bind(sock, host, port, f"tcp:{host}:{port}")
+    sock.listen(MAX_PEERS)
+    return sock
 
 
 class Watcher:

@@ -8,6 +8,8 @@ from typing import Any, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
+__all__ = ["AUTOPILOT_COMPONENT", "Codec", "Message", "mav"]
+
 V1_MARKER = 0xFE
 V2_MARKER = 0xFD
 _V1_OVERHEAD = 8  # header 6, checksum 2

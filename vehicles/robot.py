@@ -73,7 +73,7 @@ class Robot(Protocol):
         ...
 
     def actuators(self) -> tuple[float, ...]:
-        """Return actuator speeds (rad/s) followed by their commands; columns in `actuator_names`."""
+        """Return actuator speeds (rad/s), then their commands, as `actuator_names` says."""
         ...
 
     @property

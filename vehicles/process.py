@@ -1,0 +1,194 @@
+"""The process around one vehicle: sockets, pacing and logs. One thread, one loop.
+
+In lockstep the conductor grants simulated time over a control socket; free-running, the wall
+clock does. Either way end-of-file on the control socket is the order to stop.
+"""
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from ..transport.errors import VehicleError
+from ..transport.links import Endpoint, Link, Watcher
+from .streams import SLICE_US
+from .truth import TruthLog
+from .vehicle import Conversation, Vehicle
+
+GRANT = struct.Struct("<qI")
+"""Conductor to vehicle: simulate until this time (us); so many datagrams wait for you."""
+DONE = struct.Struct("<qIIQ")
+"""Vehicle to conductor: time reached (us), datagrams sent, outside clients so far, late slices."""
+
+LIVENESS_S = 10.0  # wall-clock patience with a partner that is silent
+_MAX_LAG_S = 0.5  # free-running: skip time rather than race to catch up by more
+_FLUSH_EVERY = 10  # slices between two flushes of the truth log
+_DATAGRAM = 65535
+
+
+class VehicleProcess:
+    """Serves one vehicle's links: the coordinator's own socket and those of outside clients."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        endpoints: list[Endpoint],
+        *,
+        coordinator: socket.socket | None = None,
+        control: socket.socket | None = None,
+        truth: TruthLog | None = None,
+    ) -> None:
+        self.vehicle = vehicle
+        self.late = 0
+        self.outside_clients = 0
+        self._endpoints = endpoints
+        self._coordinator = coordinator
+        self._control = control
+        self._truth = truth
+        self._own = vehicle.converse()
+        self._conversations: dict[int, tuple[Link, Conversation]] = {}
+
+    def run_lockstep(self) -> None:
+        """Advance as the conductor grants, serving outside clients in between."""
+        control, coordinator, vehicle = self._control, self._coordinator, self.vehicle
+        if control is None or coordinator is None:
+            raise ValueError("lockstep needs a control and a coordinator socket")
+        coordinator.settimeout(LIVENESS_S)
+        watcher = Watcher(self._endpoints, control)
+        while True:
+            ready = watcher.wait(1.0)
+            self._serve_outside()
+            if control not in ready:
+                if not ready:  # paused: those who wait outside must not think we are gone
+                    self._send_outside_heartbeat()
+                continue
+            grant = _receive_exactly(control, GRANT.size)
+            if grant is None:
+                return
+            until_us, expected = GRANT.unpack(grant)
+            out = []
+            for _ in range(expected):
+                try:
+                    data = coordinator.recv(_DATAGRAM)
+                except TimeoutError:
+                    raise VehicleError(
+                        f"a datagram of the coordinator was lost before {until_us / 1e6:.2f} s"
+                    ) from None
+                out.append(vehicle.handle(data, self._own))
+            while vehicle.now_us < until_us:
+                out.append(self._step())
+            if self._truth:
+                self._truth.flush()
+            datagram = b"".join(out)
+            if datagram:
+                coordinator.send(datagram)
+            control.sendall(
+                DONE.pack(vehicle.now_us, bool(datagram), self.outside_clients, self.late)
+            )
+
+    def run_free(self, speed: float = 1.0, clock: Callable[[], float] = time.monotonic) -> None:
+        """Advance with the wall clock, `speed` times as fast, until told to stop."""
+        pace = SLICE_US * 1e-6 / speed
+        others = [s for s in (self._control, self._coordinator) if s]
+        if self._coordinator:
+            self._coordinator.setblocking(False)
+        watcher = Watcher(self._endpoints, *others)
+        due, slices = clock() + pace, 0
+        while True:
+            ready = watcher.wait(max(0.0, due - clock()))
+            if self._control in ready:
+                break  # nothing but end-of-file comes here
+            self._serve_coordinator()
+            self._serve_outside()
+            if clock() < due:
+                continue
+            if data := self._step():
+                self._send_to_coordinator(data)
+            slices += 1
+            if self._truth and slices % _FLUSH_EVERY == 0:
+                self._truth.flush()
+            lag = clock() - due
+            self.late += lag > pace
+            due += pace if lag < _MAX_LAG_S else lag
+        if self._control:
+            with suppress(OSError):
+                self._control.sendall(
+                    DONE.pack(self.vehicle.now_us, slices, self.outside_clients, self.late)
+                )
+
+    def close(self) -> None:
+        """Finish the logs and close every socket."""
+        if self._truth:
+            self._truth.close()
+        for endpoint in self._endpoints:
+            endpoint.close()
+
+    def _step(self) -> bytes:
+        """Advance one slice, report to outside clients, return what the coordinator gets."""
+        vehicle = self.vehicle
+        vehicle.step()
+        if self._truth:
+            self._truth.write(vehicle.now_us * 1e-6, vehicle.robot)
+        broadcasts = vehicle.take_broadcasts()
+        for link, conversation in self._outside():
+            if data := vehicle.report(conversation, broadcasts):
+                link.send(data)
+        return vehicle.report(self._own, broadcasts) if self._coordinator else b""
+
+    def _serve_coordinator(self) -> None:
+        if self._coordinator is None:
+            return
+        for _ in range(64):
+            try:
+                data = self._coordinator.recv(_DATAGRAM)
+            except BlockingIOError:
+                return
+            except OSError:  # "port unreachable": the coordinator is gone; time-outs handle it
+                continue
+            self._send_to_coordinator(self.vehicle.handle(data, self._own))
+
+    def _send_to_coordinator(self, data: bytes) -> None:
+        if data and self._coordinator:
+            with suppress(OSError):
+                self._coordinator.send(data)
+
+    def _serve_outside(self) -> None:
+        for endpoint in self._endpoints:
+            for link, data in endpoint.receive():
+                conversation = self._conversation(link)
+                if not conversation.streams.spoken:
+                    self.outside_clients += 1
+                if reply := self.vehicle.handle(data, conversation, stream=link.stream):
+                    link.send(reply)
+
+    def _outside(self) -> list[tuple[Link, Conversation]]:
+        open_links = [link for endpoint in self._endpoints for link in endpoint.links()]
+        if len(open_links) < len(self._conversations):
+            alive = {id(link) for link in open_links}
+            self._conversations = {k: v for k, v in self._conversations.items() if k in alive}
+        return [(link, self._conversation(link)) for link in open_links]
+
+    def _conversation(self, link: Link) -> Conversation:
+        known = self._conversations.get(id(link))
+        if known is None or known[0] is not link:
+            known = self._conversations[id(link)] = (link, self.vehicle.converse())
+        return known[1]
+
+    def _send_outside_heartbeat(self) -> None:
+        for link, conversation in self._outside():
+            link.send(conversation.codec.encode([self.vehicle.autopilot.heartbeat()]))
+
+
+def _receive_exactly(sock: socket.socket, size: int) -> bytes | None:
+    """Return `size` bytes, None at end-of-file."""
+    data = b""
+    while len(data) < size:
+        try:
+            part = sock.recv(size - len(data))
+        except ConnectionError:
+            return None
+        if not part:
+            return None
+        data += part
+    return data

@@ -1,0 +1,152 @@
+"""The rover's controllers: heading and speed, then one PI per wheel (paper eq. 15-16)."""
+
+from dataclasses import dataclass
+from math import atan2, cos, pi, sin, sqrt
+
+from .physics import require_positive
+from .robot import Setpoint, Vec3
+from .rover import RoverParams, RoverState, Wheels
+
+_STILL = 0.01  # m/s: a slower velocity setpoint asks to stand, and has no heading
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoverTuning:
+    """Gains and limits of the onboard controllers."""
+
+    position_p: float = 2.0  # 1/s
+    heading_p: float = 4.0  # 1/s
+    wheel_p: float = 0.4  # N m s/rad
+    wheel_i: float = 2.0  # N m/rad
+    v_max: float = 1.0  # m/s
+    yaw_rate_max: float = 2.0  # rad/s
+    wheel_speed_max: float = 20.0  # rad/s
+    arrival_radius: float = 0.05  # m: this near to a fixed position it stands
+
+    def __post_init__(self) -> None:
+        require_positive(self, may_be_zero=("wheel_i", "arrival_radius"))
+
+
+PROFILES = {
+    "default": RoverTuning(),
+    "paper": RoverTuning(position_p=15.0, heading_p=5.0),  # Table 2
+}
+
+
+class RoverControl:
+    """Turns a setpoint and the true state into wheel speeds and torques, once per `dt`."""
+
+    def __init__(self, params: RoverParams, tuning: RoverTuning, dt: float) -> None:
+        self._p = params
+        self._t = tuning
+        self._dt = dt
+        self.speed_commands = Wheels()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the wheel integrals and stop."""
+        self._integrals = Wheels()
+        self.speed_commands = Wheels()
+
+    def update(self, state: RoverState, setpoint: Setpoint) -> Wheels:
+        """Return the wheel torques for the next `dt`."""
+        speed, yaw_rate = self._motion(state, setpoint)
+        self.speed_commands = self._wheel_speeds(speed, yaw_rate)
+        return self._torques(state)
+
+    def _motion(self, s: RoverState, setpoint: Setpoint) -> tuple[float, float]:
+        """Return forward speed and yaw rate that the setpoint asks for. Acceleration is ignored."""
+        position, velocity, _, yaw, yaw_rate = setpoint
+        if position is not None:
+            return self._towards(s, position, velocity, yaw, yaw_rate)
+        if velocity is not None and yaw is None and yaw_rate is None:
+            return self._along(s, velocity)
+        turn = yaw_rate or 0.0
+        if yaw is not None:
+            turn += self._t.heading_p * _wrapped(yaw - s.yaw)
+        if velocity is None:
+            return 0.0, turn
+        return velocity.north * cos(s.yaw) + velocity.east * sin(s.yaw), turn
+
+    def _towards(
+        self,
+        s: RoverState,
+        position: Vec3,
+        velocity: Vec3 | None,
+        yaw: float | None,
+        yaw_rate: float | None,
+    ) -> tuple[float, float]:
+        """Return the motion towards a position (eq. 15) plus feed-forwards.
+
+        e_alpha is the error of the bearing to the target. The paper's integrals, over one
+        sample, vanish; a running integral of a distance could never unwind. At the target
+        the bearing means nothing: within `arrival_radius` only the feed-forwards are left,
+        and a given yaw is taken up on the spot.
+        """
+        t = self._t
+        north, east = position.north - s.north, position.east - s.east
+        distance = sqrt(north * north + east * east)
+        speed, turn = 0.0, yaw_rate or 0.0
+        if velocity is not None:
+            speed = velocity.north * cos(s.yaw) + velocity.east * sin(s.yaw)
+        if distance > t.arrival_radius:
+            error = _wrapped(atan2(east, north) - s.yaw)
+            approach = t.position_p * distance
+            speed += (approach if approach < t.v_max else t.v_max) * cos(error)
+            turn += _clamped(t.heading_p * error, t.yaw_rate_max)
+        elif yaw is not None and abs(speed) < _STILL:
+            turn += t.heading_p * _wrapped(yaw - s.yaw)
+        return speed, turn
+
+    def _along(self, s: RoverState, velocity: Vec3) -> tuple[float, float]:
+        """Return the motion that turns to a velocity's heading and drives when it points there."""
+        north, east, _ = velocity
+        speed = sqrt(north * north + east * east)
+        if speed < _STILL:
+            return 0.0, 0.0
+        error = _wrapped(atan2(east, north) - s.yaw)
+        facing = cos(error)
+        return (speed * facing * facing if facing > 0 else 0.0), self._t.heading_p * error
+
+    def _wheel_speeds(self, speed: float, yaw_rate: float) -> Wheels:
+        """Return wheel speed commands (eq. 16) within all limits; the turn is kept first."""
+        p, t = self._p, self._t
+        rim_max = t.wheel_speed_max * p.wheel_radius
+        turn = _clamped(_clamped(yaw_rate, t.yaw_rate_max) * p.half_track, rim_max)
+        speed = _clamped(_clamped(speed, t.v_max), rim_max - abs(turn))
+        return Wheels((speed + turn) / p.wheel_radius, (speed - turn) / p.wheel_radius)
+
+    def _torques(self, s: RoverState) -> Wheels:
+        """Return the torques of the wheels' PI loops within the limit; the turn is kept first.
+
+        This is the link between (16) and (1), which the paper leaves out. A wheel that is
+        clamped stops integrating, unless that leads out of the clamp.
+        """
+        p, t = self._p, self._t
+        turn = s.yaw_rate * p.half_track
+        left_error = self.speed_commands.left - (s.speed + turn) / p.wheel_radius
+        right_error = self.speed_commands.right - (s.speed - turn) / p.wheel_radius
+        left_i, right_i = self._integrals
+        left = t.wheel_p * left_error + left_i
+        right = t.wheel_p * right_error + right_i
+
+        limit = p.torque_limit
+        if -limit <= left <= limit and -limit <= right <= limit:
+            step = t.wheel_i * self._dt
+            self._integrals = Wheels(left_i + step * left_error, right_i + step * right_error)
+            return Wheels(left, right)
+        difference = _clamped((left - right) / 2, limit)
+        common = _clamped((left + right) / 2, limit - abs(difference))
+        return Wheels(common + difference, common - difference)
+
+
+def _clamped(value: float, limit: float) -> float:
+    """Return `value` within +-`limit`."""
+    return limit if value > limit else -limit if value < -limit else value
+
+
+def _wrapped(angle: float) -> float:
+    """Return `angle` in [-pi, pi)."""
+    if -pi <= angle < pi:
+        return angle
+    return (angle + pi) % (2 * pi) - pi
