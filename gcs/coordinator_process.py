@@ -1,0 +1,254 @@
+"""The process around one coordinator: its vehicles' sockets, its Zenoh session, its pace.
+
+Run by the launcher as `python -m mavherd.gcs.coordinator_process FD`; the first line on the
+channel FD is a `Job`. In lockstep each further line grants one tick and is answered when the tick
+is done; free-running, lines go out when there is something to tell. End-of-file means stop.
+"""
+
+import select
+import signal
+import socket
+import sys
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..scenarios.loader import load_scenario
+from ..transport.bus import Bus, Mailbox, Publisher
+from ..transport.channel import Channel, ChannelClosed
+from ..transport.errors import MavherdError, VehicleError
+from ..transport.tlog import TlogWriter
+from ..transport.wire import (
+    VehicleState,
+    WireError,
+    pack_state,
+    pack_target,
+    pack_team,
+    unpack_state,
+)
+from ..vehicles.config import SIMULATED_EPOCH_US
+from ..vehicles.process import LIVENESS_S
+from .coordinator import Coordinator
+
+_DATAGRAM = 65535
+_REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
+_PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What a coordinator is started with."""
+
+    folder: str  # the run folder; holds scenario.yaml
+    run_id: str
+    endpoint: str  # of the Zenoh router
+    own: dict[str, int]  # vehicle name -> file descriptor of its socket
+    lockstep: bool
+    started: float = 0.0  # time.monotonic() at which fleet time was 0, free-running
+
+
+class CoordinatorProcess:
+    """Drives a `Coordinator` with real sockets and a real bus."""
+
+    def __init__(self, job: Job, bus: Bus) -> None:
+        scenario = load_scenario(Path(job.folder) / "scenario.yaml")
+        own = tuple(job.own)
+        self.job = job
+        self.sockets = {name: socket.socket(fileno=fd) for name, fd in job.own.items()}
+        self.tlogs = {
+            name: TlogWriter(Path(job.folder) / "vehicles" / name / f"{name}.tlog") for name in own
+        }
+        epoch = SIMULATED_EPOCH_US if job.lockstep else round(time.time() * 1e6)
+        taps = {
+            name: lambda frame, now, log=log: log.write(epoch + round(now * 1e6), frame)
+            for name, log in self.tlogs.items()
+        }
+        self.core = Coordinator(scenario, own, taps)
+        self.alone = len(own) == len(scenario.robots)
+        self.late = 0
+        self._period = 1.0 / scenario.team.rate_hz
+        self._bus = bus
+        self._states = {n: bus.publisher(f"vehicle/{n}/state") for n in own}
+        self._targets = {n: bus.publisher(f"vehicle/{n}/target") for n in own}
+        self._team: Publisher | None = bus.publisher("team") if self.alone else None
+        self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
+        self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
+        self._present = dict.fromkeys(own, True)
+        self._tick = 0
+
+    def run_lockstep(self, channel: Channel) -> None:
+        """Serve one tick for each line until end-of-file."""
+        for sock in self.sockets.values():
+            sock.settimeout(LIVENESS_S)
+        while True:
+            grant = channel.receive()
+            if grant is None:
+                continue
+            now = grant["until_us"] * 1e-6
+            for (name, sock), expected in zip(self.sockets.items(), grant["expect"], strict=True):
+                for _ in range(expected):
+                    try:
+                        self.core.receive(name, sock.recv(_DATAGRAM), now)
+                    except TimeoutError:
+                        raise VehicleError(
+                            f"a datagram of {name} was lost at {now:.2f} s"
+                        ) from None
+            self._check_continuity()
+            sent = self._exchange_and_tick(now)
+            channel.send(
+                {
+                    "sent": [sent[name] for name in self.sockets],
+                    "events": self.core.take_events(),
+                    "finished": self.core.finished,
+                }
+            )
+
+    def run_free(self, channel: Channel) -> None:
+        """Tick with the wall clock until end-of-file."""
+        by_socket = {sock: name for name, sock in self.sockets.items()}
+        for sock in by_socket:
+            sock.setblocking(False)
+        due = time.monotonic()
+        told = False
+        while True:
+            due += self._period
+            while (wait := due - time.monotonic()) > 0:
+                ready, _, _ = select.select([channel.socket, *by_socket], [], [], wait)
+                if channel.socket in ready:
+                    return  # nothing but end-of-file comes here
+                self._drain(by_socket[sock] for sock in ready)
+            self._drain(self.sockets)
+            self._exchange_and_tick(time.monotonic() - self.job.started)
+            events, finished = self.core.take_events(), self.core.finished
+            if events or (finished and not told):
+                told = finished
+                channel.send({"events": events, "finished": finished, "late": self.late})
+            lag = time.monotonic() - due
+            self.late += lag > self._period
+            self._tick += 1
+            if lag > 0.5:
+                due += lag
+
+    def facts(self) -> dict[str, int]:
+        """Return what the report wants to know at the end."""
+        return {"late": self.late, "ticks": self._tick}
+
+    def close(self) -> None:
+        """Finish the logs and leave the bus."""
+        for log in self.tlogs.values():
+            log.close()
+        self._bus.close()
+
+    def _drain(self, names: Iterable[str]) -> None:
+        for name in names:
+            now = time.monotonic() - self.job.started
+            with suppress(OSError):  # nothing more, or the vehicle is gone: ages tell
+                for _ in range(64):
+                    self.core.receive(name, self.sockets[name].recv(_DATAGRAM), now)
+
+    def _check_continuity(self) -> None:
+        for name, member in self.core.members.items():
+            if member.station.codec.lost:
+                raise VehicleError(f"{name}: a MAVLink frame was lost in lockstep")
+
+    def _exchange_and_tick(self, now: float) -> dict[str, int]:
+        """Share states, decide, send; return the number of datagrams for each vehicle."""
+        states = self.core.states()
+        packed = {state.name: pack_state(state) for state in states}
+        self._publish(packed, now)
+        if self._team:
+            known = [packed[state.name] for state in states if state.time >= 0]
+            self._team.put(pack_team(self.core.sequence, known))
+        else:
+            states = self._gather(now, packed)
+        sent = dict.fromkeys(self.sockets, 0)
+        for name, data in self.core.tick(now, states).items():
+            if data:
+                with suppress(ConnectionError):  # a dead vehicle is the launcher's business
+                    self.sockets[name].send(data)
+                    sent[name] = 1
+        for name, publisher in self._targets.items():
+            target = self.core.members[name].target
+            if target and publisher.wanted:
+                publisher.put(pack_target(target))
+        return sent
+
+    def _publish(self, packed: dict[str, bytes], now: float) -> None:
+        for name, data in packed.items():
+            if not self.alone or self._states[name].wanted:
+                self._states[name].put(data)
+        for name, member in self.core.members.items():
+            silent = now - max(0.0, member.station.status.heartbeat_at)
+            if self._present[name] != (silent < _PRESENT_S):
+                self._present[name] = silent < _PRESENT_S
+                if self._present[name]:
+                    self._tokens[name] = self._bus.declare_token(f"vehicle/{name}/alive")
+                else:
+                    self._tokens[name].undeclare()
+
+    def _gather(self, now: float, own: dict[str, bytes]) -> list[VehicleState]:
+        """Return the states of all vehicles, in lockstep those of this very tick."""
+        deadline = time.monotonic() + LIVENESS_S
+        names = [r.name for r in self.core.scenario.robots]
+        while True:
+            self._others.arrived.clear()
+            heard = self._others.latest
+            team = {}
+            for name in names:
+                data = own.get(name) or heard.get(f"vehicle/{name}/state")
+                if data is None:
+                    continue
+                try:
+                    team[name] = unpack_state(data)
+                except WireError as error:
+                    self.core.tell(now, name, "bus", str(error))
+                    del heard[f"vehicle/{name}/state"]
+            late = [
+                name
+                for name in names
+                if name not in team or team[name].sequence != self.core.sequence
+            ]
+            if not late or not self.job.lockstep:
+                return list(team.values())
+            if time.monotonic() > deadline:
+                raise VehicleError(f"no state of {', '.join(late)} came over Zenoh at {now:.2f} s")
+            if not self._others.arrived.wait(_REPEAT_S):
+                for name, data in own.items():
+                    self._states[name].put(data)
+
+
+def main(fd: int) -> int:
+    """Serve the channel on `fd`; return the exit code."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the launcher decides
+    channel = Channel(socket.socket(fileno=fd))
+    process = None
+    try:
+        first = channel.receive()
+        job = Job(**(first or {}))
+        bus = Bus.client(job.endpoint, job.run_id, reliable=job.lockstep)
+        process = CoordinatorProcess(job, bus)
+        channel.send({"ready": True})
+        if job.lockstep:
+            process.run_lockstep(channel)
+        else:
+            process.run_free(channel)
+        with suppress(ChannelClosed):
+            channel.send(process.facts())
+    except ChannelClosed:
+        pass
+    except MavherdError as error:
+        with suppress(ChannelClosed):
+            channel.send(
+                {"error": str(error), "events": process.core.take_events() if process else []}
+            )
+    finally:
+        if process:
+            process.close()
+        channel.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1])))

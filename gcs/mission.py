@@ -1,0 +1,165 @@
+"""What one robot of a scenario does next: start, take off, wait for all, move, land, disarm."""
+
+from collections.abc import Callable, Mapping
+from math import dist, hypot
+
+from ..scenarios.paths import path_duration, reference, takeoff_up
+from ..scenarios.schema import Goto, Hold, RobotSpec, Scenario
+from ..transport.frames import Triple
+from ..transport.wire import Phase, VehicleState
+from ..vehicles.modes import IDENTITIES, Mode
+from .laws import Nominal
+from .station import Request, Station, StationError
+
+ARRIVED = 0.2  # m
+START_PATIENCE_S = 30.0  # for a vehicle that refuses to arm to change its mind
+_RETRY_S = 1.0
+_LANDING_CLEARANCE = 0.9  # m, horizontally from a landing quadcopter to the nearest rover
+
+Tell = Callable[[str, str], None]
+"""Takes the kind of an event (phase, wait) and its text."""
+
+
+class Mission:
+    """Drives one vehicle's station through its part of a scenario. Positions are ENU.
+
+    The pad is the spec's nominal start, wherever the seed has put the vehicle.
+    """
+
+    def __init__(self, spec: RobotSpec, scenario: Scenario, station: Station, tell: Tell) -> None:
+        self.spec = spec
+        self.phase = Phase.WAITING
+        self._team = scenario.team
+        self._station = station
+        self._tell = tell
+        self._flies = spec.kind == "quadcopter"
+        self._identity = IDENTITIES[spec.kind]
+        self._movers = {r.name for r in scenario.robots if not isinstance(r.path, Hold)}
+        self._rovers = {r.name for r in scenario.robots if r.kind == "rover"}
+        self._ground = spec.start.up or 0.0
+        self._height = takeoff_up(spec, scenario.team) if self._flies else 0.0
+        self._request: Request | None = None
+        self._give_up_at = 0.0
+        self._retry_at = 0.0
+        self._began_at = 0.0  # when all were ready
+        self._phase_at = 0.0
+        self._stand: Triple = (0.0, 0.0, 0.0)  # where to stay in a phase without a path
+        self._told_wait = False
+
+    def nominal(self, now: float) -> Nominal | None:
+        """Return where the robot would go were it alone; None while nobody steers it."""
+        match self.phase:
+            case Phase.READY | Phase.RETURNING:
+                return Nominal(self._stand)
+            case Phase.ACTIVE | Phase.DWELL:
+                ref = reference(self.spec.path, self.spec, self._team, now - self._began_at)
+                return Nominal(ref.position, ref.velocity)
+        return None
+
+    def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
+        """Decide the phase from what is known now; `team` holds everybody, `me` included.
+
+        Raises StationError when the vehicle cannot be brought to start.
+        """
+        match self.phase:
+            case Phase.WAITING:
+                self._give_up_at = now + START_PATIENCE_S
+                self._enter(Phase.STARTING, now)
+            case Phase.STARTING:
+                self._start(now, me)
+            case Phase.READY:
+                if all(s.phase >= Phase.READY for s in team.values()):
+                    self._began_at = now
+                    self._enter(Phase.ACTIVE, now)
+            case Phase.ACTIVE:
+                if self._has_ended(now, me, team):
+                    self._enter(Phase.DWELL, now)
+            case Phase.DWELL:
+                if now - self._phase_at >= self.spec.dwell_s:
+                    self._leave(now, me, team)
+            case Phase.RETURNING:
+                if dist(me.position, self._stand) < ARRIVED and self._is_clear_below(me, team):
+                    self._enter(Phase.LANDING, now)
+            case Phase.LANDING:
+                self._land(now, me)
+
+    def _enter(self, phase: Phase, now: float) -> None:
+        self.phase = phase
+        self._phase_at = now
+        self._request = None
+        self._told_wait = False
+        self._tell("phase", phase.name.lower())
+
+    def _start(self, now: float, me: VehicleState) -> None:
+        """Have the mode set, then arming, then a takeoff, each accepted before the next."""
+        station = self._station
+        guided = self._identity.number(Mode.GUIDED)
+        if me.custom_mode != guided:
+            self._ask("mode", now, lambda: station.set_mode(guided, now))
+        elif not me.armed:
+            self._ask("arming", now, lambda: station.arm(now))
+        elif self._flies and me.position[2] < self._height - ARRIVED:
+            if me.position[2] < self._ground + ARRIVED:
+                height = self._height - self._ground
+                self._ask("takeoff", now, lambda: station.take_off(height, now))
+        else:
+            self._stand = (me.position[0], me.position[1], self._height)
+            self._enter(Phase.READY, now)
+
+    def _ask(self, what: str, now: float, send: Callable[[], Request]) -> None:
+        """Make a request once, and again some time after a refusal, until patience ends."""
+        request = self._request
+        if request is not None and request.what.startswith(what):
+            if request.refused and now > self._give_up_at:
+                raise StationError(request.error)
+            if not request.refused or now < self._retry_at:
+                return
+        self._request = send()
+        self._retry_at = now + _RETRY_S
+
+    def _has_ended(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
+        path = self.spec.path
+        if isinstance(path, Goto):
+            target = reference(path, self.spec, self._team, 0.0).position
+            axes = 3 if self._flies else 2
+            return dist(me.position[:axes], target[:axes]) < ARRIVED
+        if isinstance(path, Hold):
+            return all(team[name].phase >= Phase.DWELL for name in self._movers)
+        return now - self._began_at >= (path_duration(path) or 0.0)
+
+    def _leave(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
+        """Go on after the dwell: fly home, land, or, once nobody moves any more, stop."""
+        if self._flies and self.spec.then == "return":
+            pad = self.spec.start
+            self._stand = (pad.east, pad.north, me.position[2])
+            self._enter(Phase.RETURNING, now)
+        elif self._flies and self.spec.then == "land":
+            if self._is_clear_below(me, team):
+                self._enter(Phase.LANDING, now)
+        elif all(s.phase >= Phase.DWELL for s in team.values()):
+            # Until then a standing robot stays coordinated, so that it gives way.
+            self._enter(Phase.DONE if self._flies else Phase.LANDING, now)
+
+    def _is_clear_below(self, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
+        for other in team.values():
+            away = hypot(other.position[0] - me.position[0], other.position[1] - me.position[1])
+            if other.name in self._rovers and away < _LANDING_CLEARANCE:
+                if not self._told_wait:
+                    self._tell("wait", f"waits to land: {other.name} is below")
+                self._told_wait = True
+                return False
+        return True
+
+    def _land(self, now: float, me: VehicleState) -> None:
+        """Land (a rover only stops), and be done once disarmed."""
+        station = self._station
+        if not me.armed:
+            self._enter(Phase.DONE, now)
+        elif self._flies:
+            if me.custom_mode != self._identity.number(Mode.LAND):
+                self._ask("landing", now, lambda: station.land(now))
+        elif me.custom_mode != self._identity.number(Mode.HOLD):
+            hold = self._identity.number(Mode.HOLD)
+            self._ask("mode", now, lambda: station.set_mode(hold, now))
+        else:
+            self._ask("disarming", now, lambda: station.disarm(now))
