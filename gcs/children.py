@@ -115,8 +115,13 @@ class Recorder:
             stdout=subprocess.PIPE,
         )
 
-    def wait_ready(self, timeout: float = READY_S) -> bool:
-        """Return whether it has come up."""
+    @property
+    def ended(self) -> bool:
+        """Whether the process is gone."""
+        return self._child.wait(0) is not None
+
+    def wait_ready(self, timeout: float) -> bool:
+        """Return whether it has come up within `timeout` seconds."""
         stdout = self._child.process.stdout
         assert stdout is not None  # noqa: S101 - a pipe was asked for
         ready, _, _ = select.select([stdout], [], [], timeout)

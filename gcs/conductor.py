@@ -72,7 +72,7 @@ class Clock:
         coordinator.ticks = message.get("ticks", coordinator.ticks)
 
 
-class Died(VehicleError):
+class Died(VehicleError):  # noqa: N818 - reads as what it is
     """A process that has ended; the launcher adds how."""
 
     def __init__(self, name: str, pid: int | None, now: float) -> None:

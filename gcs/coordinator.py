@@ -175,3 +175,9 @@ class Coordinator:
 
 def _ned(v: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
     return None if v is None else swap_ned_enu(v)
+
+
+def check_laws(scenario: Scenario) -> None:
+    """Raise LawError now, not in a process of its own, when the team's law cannot be made."""
+    for kind in {spec.kind for spec in scenario.robots}:
+        make_law(scenario.team.law, kind=kind, v_max=1.0, params=scenario.team.law_params)

@@ -58,10 +58,14 @@ class Rectangle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Waypoints:
-    """Follow straight legs through `points` at constant speed."""
+    """Follow straight legs through `points` at constant speed; all name a height, or none does."""
 
     points: tuple[Point, ...]
     speed: float = 0.5
+
+    def __post_init__(self) -> None:
+        if len({point.up is None for point in self.points}) != 1:
+            raise ValueError("waypoints must all name a height, or none of them")
 
 
 Path = Hold | Goto | Circle | Rectangle | Waypoints
@@ -78,7 +82,7 @@ class RobotSpec:
     heading: float = 0.0  # rad, counter-clockwise from east
     path: Path = Hold()
     dwell_s: float = 0.0  # at the end of the path
-    then: str = "land"  # land | return (quadcopters: fly back to the pad and land) | stay
+    then: str = "land"  # land | return (fly back to the pad and land) | stay; rovers just stop
     profile: str = "default"
     params: dict[str, float] = field(default_factory=dict)
     disturbance: Disturbance | None = None  # None: the scenario's
@@ -117,7 +121,7 @@ class Scenario:
     description: str = ""
     duration: float = 60.0  # s of simulated time; longer is a time-out
     seed: int = 1
-    origin: Origin = Origin()
+    origin: Origin = field(default_factory=Origin)
     team: Team = Team()
-    disturbance: Disturbance = Disturbance()
+    disturbance: Disturbance = field(default_factory=Disturbance)
     expect: Expect = Expect()

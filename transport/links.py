@@ -35,6 +35,8 @@ class Link(Protocol):
 class Endpoint(Protocol):
     """Something that is waited on and yields what its peers sent."""
 
+    label: str
+
     def sockets(self) -> list[socket.socket]:
         """Return the sockets to wait for."""
         ...

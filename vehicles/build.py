@@ -19,6 +19,8 @@ from .rover_robot import Rover
 
 PHYSICS_DT = 0.002  # s; measured against 2 kHz in the tests
 
+_MAX_RATE_STEP = 10.0  # rad/s in one physics step
+
 ParameterSet = QuadcopterParams | QuadcopterTuning | RoverParams | RoverTuning
 _P = TypeVar("_P", QuadcopterParams, QuadcopterTuning, RoverParams, RoverTuning)
 
@@ -32,6 +34,7 @@ def make_robot(config: VehicleConfig) -> Robot:
     if config.kind == "quadcopter":
         params = _override(QuadcopterParams(), overrides)
         tuning = _override(quadcopter_control.PROFILES[config.profile], overrides)
+        _check_quadcopter(params)
         return Quadcopter(
             params,
             QuadcopterControl(params, tuning, control_dt),
@@ -48,6 +51,7 @@ def make_robot(config: VehicleConfig) -> Robot:
         )
     rover_params = _override(RoverParams(), overrides)
     rover_tuning = _override(rover_control.PROFILES[config.profile], overrides)
+    _check_rover(rover_params, rover_tuning, control_dt)
     return Rover(
         rover_params,
         RoverControl(rover_params, rover_tuning, control_dt),
@@ -94,3 +98,27 @@ def _override(parameters: _P, values: Mapping[str, float]) -> _P:
     own = {field.name for field in fields(parameters)}
     changes: dict[str, Any] = {name: value for name, value in values.items() if name in own}
     return replace(parameters, **changes)
+
+
+def _check_quadcopter(p: QuadcopterParams) -> None:
+    """Raise ValueError for a body that full torque would spin up beyond reason in one step."""
+    torque = p.max_rotor_thrust * p.arm_length
+    for name, inertia in (("inertia_x", p.inertia_x), ("inertia_y", p.inertia_y)):
+        if torque / inertia * PHYSICS_DT > _MAX_RATE_STEP:
+            raise ValueError(
+                f"{name} {inertia} kg m^2 is too small for steps of {PHYSICS_DT} s "
+                f"under {torque:.2g} N m: raise it, or lower arm_length or max_rotor_speed"
+            )
+
+
+def _check_rover(p: RoverParams, t: RoverTuning, control_dt: float) -> None:
+    """Raise ValueError for wheel loops too fast for the control rate (they would oscillate)."""
+    per_speed = 2 * t.wheel_p / p.wheel_radius**2
+    forward = (per_speed + p.drag_linear) / p.mass
+    turning = (per_speed * p.half_track**2 + p.drag_angular) / p.inertia_b
+    for name, rate in (("mass", forward), ("inertia", turning)):
+        if rate * control_dt > 1:
+            raise ValueError(
+                f"{name} is too small for steps of {control_dt} s: "
+                f"raise it (or wheel_radius), or lower wheel_p or the drag"
+            )

@@ -35,6 +35,23 @@ def wrench_of(f: RotorThrusts, arm: float, torque_per_thrust: float) -> Wrench:
     )
 
 
+def clip(wrench: Wrench, arm: float, torque_per_thrust: float, max_thrust: float) -> RotorThrusts:
+    """Return the plain inverse of (20), thrust limited first, then each rotor clipped by itself.
+
+    This is what the paper's text amounts to; clipping changes thrust and torques all at once.
+    """
+    thrust, roll, pitch, yaw = wrench
+    a, b, c = pitch / (2 * arm), roll / (2 * arm), yaw / (4 * torque_per_thrust)
+    base = min(thrust / 4, max_thrust)
+    f1, f2, f3, f4 = base - c + a, base + c - b, base - c - a, base + c + b
+    return RotorThrusts(
+        min(max(f1, 0.0), max_thrust),
+        min(max(f2, 0.0), max_thrust),
+        min(max(f3, 0.0), max_thrust),
+        min(max(f4, 0.0), max_thrust),
+    )
+
+
 def allocate(
     wrench: Wrench, arm: float, torque_per_thrust: float, max_thrust: float
 ) -> RotorThrusts:

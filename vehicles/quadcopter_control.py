@@ -1,9 +1,9 @@
 """The quadcopter's cascade: position, attitude and height loops, mixer (paper eq. 17-20)."""
 
 from dataclasses import dataclass
-from math import asin, atan, atan2, cos, pi, sin, sqrt, tan
+from math import asin, atan, atan2, cos, inf, pi, sin, sqrt, tan
 
-from .mixer import Wrench, allocate
+from .mixer import Wrench, allocate, clip
 from .physics import GRAVITY, require_positive
 from .pid import Gains, Pid
 from .quadcopter import QuadcopterParams, QuadcopterState, RotorSpeeds
@@ -11,9 +11,11 @@ from .robot import Setpoint, Vec3
 
 _IDLE = 0.12  # share of full rotor speed while armed on the ground
 _HEIGHT_LEAD = 0.5  # m, how far a height reference may run ahead of the vehicle
-_YAW_LEAD = 0.4  # rad, the same for a yaw reference
+_YAW_LEAD = 0.2  # rad, the same for a yaw reference
+_HEIGHT_TRIM = 0.3  # m: integrals trim small errors only, else a step would wind them up
+_YAW_TRIM = 0.1  # rad
 _BRAKING_TIME = 0.7  # s: a hold begins this far ahead, horizontally
-_CLIMB_BRAKING_TIME = 0.3  # s: and vertically
+_CLIMB_BRAKING_TIME = 0.35  # s: and vertically
 _MIN_LIFT = 0.3  # floor of cos(roll) cos(pitch) in (17), and of lift over weight
 
 
@@ -30,8 +32,8 @@ class QuadcopterTuning:
     altitude_i: float = 4.0  # 1/s^3
     altitude_d: float = 6.0  # 1/s
     altitude_i_limit: float = 2.0  # m/s^2, the integral's share
-    position_p: float = 2.25  # 1/s^2
-    position_d: float = 2.6  # 1/s
+    position_p: float = 4.0  # 1/s^2
+    position_d: float = 3.1  # 1/s
     v_max: float = 1.5  # m/s, horizontal
     v_up_max: float = 2.5  # m/s
     v_down_max: float = 1.5  # m/s
@@ -80,6 +82,8 @@ class QuadcopterControl:
         self._metres_per_climb = t.altitude_d / t.altitude_p
         self._yaw_error_max = t.yaw_rate_max * t.yaw_d / t.yaw_p
         self._tan_tilt_limit = tan(t.tilt_limit)
+        self._height_trim = inf if t.printed_form else _HEIGHT_TRIM
+        self._mix = clip if t.printed_form else allocate
         self._lift_max = 4 * params.max_rotor_thrust / params.mass
         full = params.max_rotor_speed
         self._idle = RotorSpeeds(full * _IDLE, full * _IDLE, full * _IDLE, full * _IDLE)
@@ -105,7 +109,7 @@ class QuadcopterControl:
         p = self._p
         acceleration = self._acceleration(state, setpoint)
         wrench = self._wrench(state, setpoint, acceleration)
-        f1, f2, f3, f4 = allocate(wrench, p.arm_length, p.torque_per_thrust, p.max_rotor_thrust)
+        f1, f2, f3, f4 = self._mix(wrench, p.arm_length, p.torque_per_thrust, p.max_rotor_thrust)
         k = 1 / p.thrust_coefficient
         return RotorSpeeds(sqrt(f1 * k), sqrt(f2 * k), sqrt(f3 * k), sqrt(f4 * k))
 
@@ -156,12 +160,9 @@ class QuadcopterControl:
 
         error = down - s.down
         low, high = (-up - vd) * self._metres_per_climb, (fall - vd) * self._metres_per_climb
-        if error < low:
-            ad += self._altitude.update(low, vd - s.v_down, 0.0)
-        elif error > high:
-            ad += self._altitude.update(high, vd - s.v_down, 0.0)
-        else:
-            ad += self._altitude.update(error, vd - s.v_down, self._dt)
+        limited = low if error < low else high if error > high else error
+        trims = abs(error) < self._height_trim
+        ad += self._altitude.update(limited, vd - s.v_down, self._dt if trims else 0.0)
         return an, ae, ad
 
     def _advance_height(self, down: float, v_down: float) -> float:
@@ -176,9 +177,12 @@ class QuadcopterControl:
         return height
 
     def _limited(self, s: QuadcopterState, acceleration: Vec3) -> tuple[float, float, float]:
-        """Return an acceleration that does not push beyond the speed limits."""
+        """Return an acceleration that does not push beyond the tilt and speed limits."""
         t = self._t
         an, ae, ad = acceleration
+        size, most = sqrt(an * an + ae * ae), GRAVITY * self._tan_tilt_limit
+        if size > most:
+            an, ae = an * most / size, ae * most / size
         vn, ve, vd = s.v_north, s.v_east, s.v_down
         speed = sqrt(vn * vn + ve * ve)
         if speed > 0:
@@ -242,7 +246,7 @@ class QuadcopterControl:
             limit = self._yaw_error_max
             limited = -limit if yaw_error < -limit else limit if yaw_error > limit else yaw_error
             yaw_torque = p.inertia_z * self._yaw.update(
-                limited, yaw_rate_cmd - s.yaw_rate, dt if limited == yaw_error else 0.0
+                limited, yaw_rate_cmd - s.yaw_rate, dt if abs(yaw_error) < _YAW_TRIM else 0.0
             )
 
         yaw_limit = 0.3 * thrust * p.torque_per_thrust

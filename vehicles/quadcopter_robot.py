@@ -13,6 +13,7 @@ from .quadcopter_control import QuadcopterControl
 from .robot import Kinematics, Setpoint
 
 _OFF = RotorSpeeds()
+_SKIP = 0.05  # m/s: a slower touch belongs to the landing before it
 _STOPPED = 1.0  # rad/s: slower rotors with no command are at rest
 
 
@@ -99,7 +100,8 @@ class Quadcopter:
     def _touch_down(self, state: QuadcopterState) -> None:
         """Stand still and level at `state`, on the ground, keeping yaw."""
         self.on_ground = True
-        self.impact_speed = state.v_down
+        if state.v_down > _SKIP:
+            self.impact_speed = state.v_down
         w, z = state.qw, state.qz
         norm = (w * w + z * z) ** 0.5
         w, z = (w / norm, z / norm) if norm > 0 else (1.0, 0.0)

@@ -8,6 +8,8 @@ from .robot import Setpoint, Vec3
 from .rover import RoverParams, RoverState, Wheels
 
 _STILL = 0.01  # m/s: a slower velocity setpoint asks to stand, and has no heading
+_NEAR = 0.5  # m: so near to a moving target its motion shows the way
+_LOOK_AHEAD = 0.5  # s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,24 +81,29 @@ class RoverControl:
         """Return the motion towards a position (eq. 15) plus feed-forwards.
 
         e_alpha is the error of the bearing to the target. The paper's integrals, over one
-        sample, vanish; a running integral of a distance could never unwind. At the target
-        the bearing means nothing: within `arrival_radius` only the feed-forwards are left,
-        and a given yaw is taken up on the spot.
+        sample, vanish; a running integral of a distance could never unwind. Near the target
+        the bearing swings wildly: at a moving target it is taken, more and more, to where
+        the target will be; at a fixed one, within `arrival_radius`, the rover stands, and
+        takes up the yaw if one is given.
         """
         t = self._t
         north, east = position.north - s.north, position.east - s.east
         distance = sqrt(north * north + east * east)
-        speed, turn = 0.0, yaw_rate or 0.0
-        if velocity is not None:
-            speed = velocity.north * cos(s.yaw) + velocity.east * sin(s.yaw)
-        if distance > t.arrival_radius:
-            error = _wrapped(atan2(east, north) - s.yaw)
-            approach = t.position_p * distance
-            speed += (approach if approach < t.v_max else t.v_max) * cos(error)
-            turn += _clamped(t.heading_p * error, t.yaw_rate_max)
-        elif yaw is not None and abs(speed) < _STILL:
-            turn += t.heading_p * _wrapped(yaw - s.yaw)
-        return speed, turn
+        turn = yaw_rate or 0.0
+        cos_yaw, sin_yaw = cos(s.yaw), sin(s.yaw)
+        speed = 0.0 if velocity is None else velocity.north * cos_yaw + velocity.east * sin_yaw
+        moving = speed > _STILL or speed < -_STILL
+        if distance <= t.arrival_radius and not moving:
+            return 0.0, turn if yaw is None else turn + t.heading_p * _wrapped(yaw - s.yaw)
+
+        along = t.position_p * (north * cos_yaw + east * sin_yaw)  # k rho cos(e_alpha)
+        if t.position_p * distance > t.v_max:
+            along *= t.v_max / (t.position_p * distance)
+        if velocity is not None and speed > 0 and distance < _NEAR:
+            ahead = _LOOK_AHEAD * (1 - distance / _NEAR)
+            north, east = north + ahead * velocity.north, east + ahead * velocity.east
+        error = _wrapped(atan2(east, north) - s.yaw)
+        return speed + along, turn + _clamped(t.heading_p * error, t.yaw_rate_max)
 
     def _along(self, s: RoverState, velocity: Vec3) -> tuple[float, float]:
         """Return the motion that turns to a velocity's heading and drives when it points there."""

@@ -1,0 +1,313 @@
+"""The command line. Each subcommand is one small function; heavy imports happen inside them."""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+
+from .. import __version__
+from ..transport.errors import LinkError, MavherdError
+
+_EPILOG = """\
+first steps:
+  mavherd scenarios                        what comes with mavherd
+  mavherd run one-quad                     one quadcopter takes off, flies and lands
+  mavherd run crossing-targets --speed 3   six robots cross, three times as fast as real time
+  mavherd vehicle quadcopter               one honest MAVLink vehicle, no scenario
+
+exit codes: 0 passed, 1 an assertion of the scenario failed, 2 wrong input, 3 a vehicle or the
+coordinator could not start or died, 4 timed out, 130 interrupted
+"""
+
+_RUN_EPILOG = """\
+examples:
+  mavherd run crossing-targets                         as fast as the machine allows
+  mavherd run crossing-targets --seed 7 --set team.law=paper
+  mavherd run my.yaml --speed 1                        lockstep, paced to real time
+  mavherd run circle-traffic --set disturbance=held --json > report.json
+  mavherd run tracking --set robots.quad1.params.mass=1.4
+
+A ground station can watch on UDP 14550 at any time; other ports are printed at the start.
+"""
+
+_VEHICLE_EPILOG = """\
+examples:
+  mavherd vehicle quadcopter                           sends to UDP 14550 and 14540, serves TCP 5760
+  mavherd vehicle rover --sysid 2 --position 4,4,0     sends to UDP 14550 and 14541, serves TCP 5770
+  mavherd vehicle quadcopter --tcp 0 --udpin 127.0.0.1:14600 --param mass=1.4
+
+Connect with  mavproxy.py --master tcp:127.0.0.1:5760  or  QGroundControl (UDP 14550).
+"""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one subcommand; return the process exit code."""
+    args = _parser().parse_args(argv)
+    try:
+        return int(args.run(args))
+    except MavherdError as error:
+        print(f"mavherd: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("mavherd: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # as with `mavherd scenarios | head -1`
+        sys.stderr.close()
+        return 0
+
+
+def _run(args: argparse.Namespace) -> int:
+    from ..scenarios.loader import load_scenario
+    from .launcher import Run, RunOptions
+    from .ports import PortPlan
+    from .terminal import RunView, print_outcome
+
+    lockstep = not args.free_run
+    scenario = load_scenario(args.scenario, args.set, args.seed)
+    options = RunOptions(
+        lockstep=lockstep,
+        speed=_speed(args.speed, lockstep),
+        record=args.record,
+        out=args.out,
+        ports=PortPlan(gcs_udp=args.gcs_udp, api_udp=args.api_udp, tcp=args.tcp),
+    )
+    with RunView(scenario) as view:
+        outcome = Run(scenario, options, view).execute()
+    print_outcome(outcome)
+    if args.json:
+        print((outcome.folder / "report.json").read_text(encoding="utf-8"), end="")
+    return outcome.exit_code
+
+
+def _check(args: argparse.Namespace) -> int:
+    from ..scenarios.loader import load_scenario
+    from .coordinator import check_laws
+
+    scenario = load_scenario(args.scenario, args.set, args.seed)
+    check_laws(scenario)
+    print(f"{scenario.name}: {len(scenario.robots)} robots, law {scenario.team.law}: ok")
+    return 0
+
+
+def _scenarios(args: argparse.Namespace) -> int:
+    from ..scenarios.loader import shipped
+
+    scenarios = shipped()
+    width = max(len(name) for name, _ in scenarios)
+    for name, description in scenarios:
+        print(f"{name:{width}}  {description}")
+    return 0
+
+
+def _version(args: argparse.Namespace) -> int:
+    print(f"mavherd {__version__}")
+    return 0
+
+
+def _digest(args: argparse.Namespace) -> int:
+    from ..transport.tlog import digest
+
+    try:
+        robots = json.loads((args.folder / "robots.json").read_text(encoding="utf-8"))
+        names = [r["name"] for r in sorted(robots, key=lambda r: r["system_id"])]
+        print(digest(args.folder / "vehicles" / name / f"{name}.tlog" for name in names))
+    except FileNotFoundError as error:
+        raise MavherdError(
+            f"{error.filename}: not there (is {args.folder} a run folder?)"
+        ) from None
+    return 0
+
+
+def _vehicle(args: argparse.Namespace) -> int:
+    from ..transport.frames import Origin
+    from ..vehicles.config import MAX_SYSTEM_ID, VehicleConfig
+    from ..vehicles.standalone import serve
+    from .ports import PortPlan
+
+    if not 1 <= args.sysid <= MAX_SYSTEM_ID:
+        raise MavherdError(f"--sysid {args.sysid}: system ids are 1..{MAX_SYSTEM_ID}")
+    instance = args.sysid - 1 if args.instance is None else args.instance
+    if not 0 <= instance <= MAX_SYSTEM_ID:
+        raise MavherdError(f"--instance {instance}: instances are 0..{MAX_SYSTEM_ID}")
+    lat_deg, lon_deg, alt_m, heading_deg = _numbers(args.home, 4, "--home LAT,LON,ALT,HEADING_DEG")
+    east, north, up = _numbers(args.position, 3, "--position E,N,U")
+    plan = PortPlan(tcp=args.tcp)
+    try:
+        config = VehicleConfig(
+            kind=args.kind,
+            system_id=args.sysid,
+            name=args.name or f"{args.kind}{args.sysid}",
+            origin=Origin(lat_deg, lon_deg, alt_m),
+            north=north,
+            east=east,
+            down=-up,
+            yaw=math.radians(heading_deg),
+            profile=args.profile,
+            params=dict(_parameter(text) for text in args.param),
+        )
+        return serve(
+            config,
+            tcp=plan.listen(instance) if args.tcp is not None or not args.udpin else None,
+            udpin=args.udpin,
+            udpout=args.udpout
+            or ([] if args.udpin else [f"{h}:{p}" for h, p in plan.udp_targets(instance)]),
+            speed=args.speed,
+        )
+    except ValueError as error:
+        raise MavherdError(f"vehicle: {error}") from None
+
+
+def _speed(text: str | None, lockstep: bool) -> float | None:
+    """Return the factor asked for, None for "max"."""
+    if text in (None, "max"):
+        return None if lockstep else 1.0
+    try:
+        speed = float(text or "")
+    except ValueError:
+        speed = math.nan
+    if not 0.01 <= speed <= 1000:
+        raise MavherdError(f"--speed {text}: expected a factor of 0.01..1000, or max")
+    if not lockstep and speed != 1:
+        raise MavherdError("--speed: free-running follows the wall clock; leave out one of the two")
+    return speed
+
+
+def _numbers(text: str, count: int, what: str) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise LinkError(f"{what}: {text!r} is not {count} numbers with commas between them")
+    return values
+
+
+def _parameter(text: str) -> tuple[str, float]:
+    name, equals, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        problem = "is not a number" if equals else "has no value"
+        raise MavherdError(f"--param {text}: {name} {problem}; write --param NAME=VALUE") from None
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mavherd",
+        description="A mixed air-ground MAVLink fleet on one laptop.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_run(commands)
+    _add_vehicle(commands)
+    check = _add(commands, "check", _check, "say whether a scenario can be run")
+    _add_scenario_arguments(check)
+    _add(commands, "scenarios", _scenarios, "list the shipped scenarios")
+    digest = _add(commands, "digest", _digest, "compute a run's digest again from its tlogs")
+    digest.add_argument("folder", type=Path, metavar="RUN", help="a run folder")
+    _add(commands, "version", _version, "print the version")
+    return parser
+
+
+def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    run = _add(commands, "run", _run, "run a scenario and judge it", _RUN_EPILOG)
+    _add_scenario_arguments(run)
+    clock = run.add_mutually_exclusive_group()
+    clock.add_argument(
+        "--lockstep", action="store_true", help="conduct every process tick by tick (default)"
+    )
+    clock.add_argument(
+        "--free-run", action="store_true", help="every process follows the wall clock instead"
+    )
+    run.add_argument(
+        "--speed", metavar="S", help="times real time, or max (default) for as fast as it goes"
+    )
+    run.add_argument("--json", action="store_true", help="print report.json, alone, to stdout")
+    run.add_argument(
+        "--out", type=Path, default=Path("runs"), metavar="DIR", help="for run folders (runs)"
+    )
+    run.add_argument(
+        "--no-record", dest="record", action="store_false", help="leave out the Rerun recording"
+    )
+    ports = run.add_argument_group("ports (0 opens none)")
+    ports.add_argument("--gcs-udp", type=_port, metavar="PORT", help="all vehicles send to (14550)")
+    ports.add_argument(
+        "--api-udp", type=_port, metavar="PORT", help="vehicle i sends to PORT + i (14540)"
+    )
+    ports.add_argument(
+        "--tcp", type=_port, metavar="PORT", help="vehicle i serves PORT + 10 i (5760 or next free)"
+    )
+
+
+def _add_vehicle(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from ..vehicles.config import KINDS, PROFILES
+
+    vehicle = _add(
+        commands, "vehicle", _vehicle, "one MAVLink vehicle by hand, until Ctrl-C", _VEHICLE_EPILOG
+    )
+    vehicle.add_argument("kind", choices=KINDS)
+    vehicle.add_argument("--sysid", type=int, default=1, metavar="N", help="system id, 1..240 (1)")
+    vehicle.add_argument("--instance", type=int, metavar="I", help="for the ports (sysid - 1)")
+    vehicle.add_argument("--name", help="for the log (kind and system id)")
+    vehicle.add_argument(
+        "--home",
+        default="47.3977,8.5456,488,0",
+        metavar="LAT,LON,ALT,HEADING_DEG",
+        help="origin of local positions, and the compass heading at the start (%(default)s)",
+    )
+    vehicle.add_argument(
+        "--position", default="0,0,0", metavar="E,N,U", help="start from there, m (%(default)s)"
+    )
+    vehicle.add_argument(
+        "--speed", type=float, default=1.0, metavar="S", help="times real time (1)"
+    )
+    vehicle.add_argument("--profile", choices=PROFILES, default="default", help="gains (default)")
+    vehicle.add_argument(
+        "--param", action="append", default=[], metavar="NAME=VALUE", help="any constant or gain"
+    )
+    vehicle.add_argument("--tcp", type=_port, metavar="PORT", help="serve here; 0 serves none")
+    vehicle.add_argument(
+        "--udpin", action="append", default=[], metavar="HOST:PORT", help="answer who sends here"
+    )
+    vehicle.add_argument(
+        "--udpout", action="append", default=[], metavar="HOST:PORT", help="send there"
+    )
+
+
+def _add(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    run: object,
+    text: str,
+    epilog: str = "",
+) -> argparse.ArgumentParser:
+    command: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    command.set_defaults(run=run)
+    return command
+
+
+def _add_scenario_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", help="a YAML file, or the name of a shipped scenario")
+    parser.add_argument("--seed", type=int, help="draws start offsets and disturbance")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change one key, such as team.law=paper (may be repeated)",
+    )
+
+
+def _port(text: str) -> int:
+    port = int(text)
+    if not 0 <= port <= 65535:
+        raise ValueError(text)
+    return port
