@@ -40,7 +40,8 @@ class QuadcopterTuning:
     tilt_limit: float = 0.5235987755982988  # rad, 30 degrees
     yaw_rate_max: float = 2.0  # rad/s
     printed_form: bool = False
-    """Attitude gains are torques and the derivative is that of the angle error (see `attitude`)."""
+    """Attitude gains give torques, not accelerations, and the derivative is that of the angle
+    error, a moving command included: Table 2 flies only so. Eq. 19 and 20 as in the text."""
 
     def __post_init__(self) -> None:
         require_positive(self, may_be_zero=("yaw_i", "altitude_i", "altitude_i_limit", "roll_d"))
@@ -196,41 +197,21 @@ class QuadcopterControl:
     def _wrench(
         self, s: QuadcopterState, setpoint: Setpoint, acceleration: tuple[float, float, float]
     ) -> Wrench:
-        """Return thrust and torques (eq. 17) for the attitude of eq. 19.
-
-        Eq. 19 is printed for z up; in NED both signs turn. It assumes small angles and a thrust
-        of M g; we divide by the lift asked for and take the arc tangent, so that climbing does
-        not disturb a horizontal acceleration. `printed_form` keeps both assumptions.
-        """
+        """Return thrust and torques (eq. 17); the derivative of an angle comes from body rates."""
         p, t, dt = self._p, self._t, self._dt
         qw, qx, qy, qz = s.qw, s.qx, s.qy, s.qz
         sin_pitch = 2 * (qw * qy - qz * qx)
-        roll = atan2(2 * (qw * qx + qy * qz), 1 - 2 * (qx * qx + qy * qy))
+        upright = 1 - 2 * (qx * qx + qy * qy)  # cos(roll) cos(pitch)
+        roll = atan2(2 * (qw * qx + qy * qz), upright)
         pitch = asin(1.0 if sin_pitch > 1 else -1.0 if sin_pitch < -1 else sin_pitch)
         yaw = atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
-        upright = 1 - 2 * (qx * qx + qy * qy)  # cos(roll) cos(pitch)
 
-        an, ae, ad = acceleration
-        lift = GRAVITY if t.printed_form else GRAVITY - ad
-        if lift > self._lift_max:
-            lift = self._lift_max
-        elif lift < _MIN_LIFT * GRAVITY:
-            lift = _MIN_LIFT * GRAVITY
-        sin_yaw, cos_yaw = sin(yaw), cos(yaw)
-        forward = (an * cos_yaw + ae * sin_yaw) / lift
-        right = (ae * cos_yaw - an * sin_yaw) / lift
-        tilt = sqrt(forward * forward + right * right)
-        if tilt > self._tan_tilt_limit:
-            forward *= self._tan_tilt_limit / tilt
-            right *= self._tan_tilt_limit / tilt
-
+        roll_cmd, pitch_cmd = self._tilt(acceleration, yaw)
         yaw_error, yaw_rate_cmd = self._yaw_error(yaw, setpoint.yaw, setpoint.yaw_rate)
-        thrust = p.mass * (GRAVITY - ad) / (upright if upright > _MIN_LIFT else _MIN_LIFT)
-        if thrust < 0:
-            thrust = 0.0
+        thrust = p.mass * (GRAVITY - acceleration[2])
+        thrust = thrust / (upright if upright > _MIN_LIFT else _MIN_LIFT) if thrust > 0 else 0.0
 
         if t.printed_form:
-            roll_cmd, pitch_cmd = right, -forward
             last = self._last_tilt or (roll_cmd, pitch_cmd)
             self._last_tilt = (roll_cmd, pitch_cmd)
             roll_error_rate = (roll_cmd - last[0]) / dt - s.roll_rate
@@ -239,8 +220,6 @@ class QuadcopterControl:
             pitch_torque = t.roll_p * (pitch_cmd - pitch) + t.roll_d * pitch_error_rate
             yaw_torque = self._yaw.update(yaw_error, yaw_rate_cmd - s.yaw_rate, dt)
         else:
-            pitch_cmd = -atan(forward)
-            roll_cmd = atan(right * cos(pitch_cmd))
             roll_torque = p.inertia_x * (t.roll_p * (roll_cmd - roll) - t.roll_d * s.roll_rate)
             pitch_torque = p.inertia_y * (t.roll_p * (pitch_cmd - pitch) - t.roll_d * s.pitch_rate)
             limit = self._yaw_error_max
@@ -255,6 +234,32 @@ class QuadcopterControl:
         elif yaw_torque < -yaw_limit:
             yaw_torque = -yaw_limit
         return Wrench(thrust, roll_torque, pitch_torque, yaw_torque)
+
+    def _tilt(self, acceleration: tuple[float, float, float], yaw: float) -> tuple[float, float]:
+        """Return the roll and pitch that point the thrust along `acceleration` (eq. 19).
+
+        Eq. 19 is printed for z up; in NED both signs turn. It assumes small angles and a thrust
+        of M g; we divide by the lift asked for and take the arc tangent, so that climbing does
+        not disturb a horizontal acceleration. `printed_form` keeps both assumptions.
+        """
+        printed = self._t.printed_form
+        an, ae, ad = acceleration
+        lift = GRAVITY if printed else GRAVITY - ad
+        if lift > self._lift_max:
+            lift = self._lift_max
+        elif lift < _MIN_LIFT * GRAVITY:
+            lift = _MIN_LIFT * GRAVITY
+        sin_yaw, cos_yaw = sin(yaw), cos(yaw)
+        forward = (an * cos_yaw + ae * sin_yaw) / lift
+        right = (ae * cos_yaw - an * sin_yaw) / lift
+        slope = sqrt(forward * forward + right * right)
+        if slope > self._tan_tilt_limit:
+            forward *= self._tan_tilt_limit / slope
+            right *= self._tan_tilt_limit / slope
+        if printed:
+            return right, -forward
+        pitch = -atan(forward)
+        return atan(right * cos(pitch)), pitch
 
     def _yaw_error(
         self, yaw: float, target: float | None, rate: float | None

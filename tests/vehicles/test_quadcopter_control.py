@@ -27,7 +27,7 @@ def run(robot, setpoint, seconds):
     return track
 
 
-@pytest.fixture()
+@pytest.fixture
 def hovering():
     robot = quadcopter()
     run(robot, Setpoint(position=Vec3(0, 0, -10)), 10.0)
