@@ -9,6 +9,7 @@ from typing import Any
 
 from ..transport.channel import Channel, ChannelClosed
 from ..transport.errors import VehicleError
+from ..transport.links import patience
 from ..vehicles.process import DONE, GRANT, LIVENESS_S
 
 _SLICE_S = 0.2  # how often a wait looks whether the user has pressed Ctrl-C
@@ -113,13 +114,16 @@ class Lockstep(Clock):
         self.now = until_us * 1e-6
         self.ticks += 1
 
+    def __post_init__(self) -> None:
+        for vehicle in self.vehicles:
+            patience(vehicle.control, _SLICE_S)
+
     def _done(self, vehicle: VehicleHandle) -> bytes:
         data, deadline = b"", 0.0
-        vehicle.control.settimeout(_SLICE_S)
         while len(data) < DONE.size:
             try:
                 part = vehicle.control.recv(DONE.size - len(data))
-            except TimeoutError:
+            except BlockingIOError:
                 deadline = deadline or time.monotonic() + LIVENESS_S
                 self._check(deadline, vehicle.name, vehicle.pid)
                 continue

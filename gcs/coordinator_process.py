@@ -19,6 +19,7 @@ from ..scenarios.loader import load_scenario
 from ..transport.bus import Bus, Mailbox, Publisher
 from ..transport.channel import Channel, ChannelClosed
 from ..transport.errors import MavherdError, VehicleError
+from ..transport.links import patience
 from ..transport.tlog import TlogWriter
 from ..transport.wire import (
     VehicleState,
@@ -81,7 +82,7 @@ class CoordinatorProcess:
     def run_lockstep(self, channel: Channel) -> None:
         """Serve one tick for each line until end-of-file."""
         for sock in self.sockets.values():
-            sock.settimeout(LIVENESS_S)
+            patience(sock, LIVENESS_S)
         while True:
             grant = channel.receive()
             if grant is None:
@@ -91,7 +92,7 @@ class CoordinatorProcess:
                 for _ in range(expected):
                     try:
                         self.core.receive(name, sock.recv(_DATAGRAM), now)
-                    except TimeoutError:
+                    except BlockingIOError:
                         raise VehicleError(
                             f"a datagram of {name} was lost at {now:.2f} s"
                         ) from None

@@ -22,7 +22,7 @@ from ..scenarios.starts import draw_starts
 from ..transport.bus import Bus, Mailbox
 from ..transport.channel import Channel, ChannelClosed
 from ..transport.errors import LinkError, VehicleError
-from ..transport.links import socket_pair_udp
+from ..transport.links import patience, socket_pair_udp
 from ..transport.tlog import digest
 from ..transport.wire import Phase, VehicleState, unpack_team
 from ..vehicles.config import VehicleConfig
@@ -58,6 +58,7 @@ class RunOptions:
     lockstep: bool = True
     speed: float | None = None  # times real time; None: as fast as it goes (lockstep)
     record: bool = True
+    figures: bool = True
     out: Path = Path("runs")
     ports: PortPlan = PortPlan()
 
@@ -353,7 +354,7 @@ class Run:
         for vehicle in self._vehicles:
             _half_close(vehicle.control)
         for vehicle in self._vehicles:
-            vehicle.control.settimeout(0.5)
+            patience(vehicle.control, 0.5)
             try:
                 while len(data := vehicle.control.recv(4096)) >= DONE.size:
                     _, _, vehicle.outside_clients, vehicle.late = DONE.unpack(data[-DONE.size :])
@@ -414,7 +415,7 @@ class Run:
             ports=self.ports,
         )
         report = build_report(self.scenario, verdict, facts)
-        figures = exit_code != INTERRUPTED
+        figures = self.options.figures and exit_code != INTERRUPTED
         notes = write_report(
             self.folder, report, self.scenario, self.starts, tracks, verdict, figures=figures
         )

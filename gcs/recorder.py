@@ -22,7 +22,8 @@ from .recorder_look import RecordedRobot
 from .recorder_scene import Scene
 from .truth import TruthTail
 
-PERIOD_S = 0.25  # of wall time, between batches
+PERIOD_S = 0.25  # of wall time, between batches; longer for a large team, whose batches cost more
+PERIOD_PER_ROBOT_S = 0.02
 QUEUE = 1 << 16  # samples between two batches; a run may go much faster than real time
 
 
@@ -111,7 +112,8 @@ def record(folder: Path, endpoint: str, run_id: str) -> None:
         scene = Scene(part, run_id, robots)
         recorder = Recorder(folder, robots, bus, scene)
         print("ready", flush=True)
-        while not _stdin_ended(PERIOD_S):
+        period = max(PERIOD_S, PERIOD_PER_ROBOT_S * len(robots))
+        while not _stdin_ended(period):
             recorder.batch()
         recorder.finish()
     part.rename(folder / "run.rrd")

@@ -12,6 +12,8 @@ ROVER_LENGTH, ROVER_WIDTH, ROVER_HEIGHT = 0.65, 0.45, 0.9  # m
 WHEEL_RADIUS, WHEEL_WIDTH = 0.0975, 0.05
 QUAD_RADIUS, QUAD_HEIGHT = 0.20, 0.2  # m, to the rotor tips
 ROTOR_RADIUS = 0.075
+FEW = 12  # robots whose legend does not hide the plot
+NAMED = 30  # robots whose names do not hide the world
 Colour = tuple[int, int, int]
 _DARK = (45, 50, 56)
 
@@ -26,14 +28,14 @@ class RecordedRobot(NamedTuple):
     target: Triple  # where its path ends
 
 
-def log_robot(rec: Any, robot: RecordedRobot, rgb: Colour) -> None:
+def log_robot(rec: Any, robot: RecordedRobot, rgb: Colour, *, named: bool) -> None:
     """Log what does not change: the shape, the pad, the place where the path ends."""
     import rerun as rr
 
     name, kind, _, start, target = robot
     (_log_rover if kind == "rover" else _log_quadcopter)(rec, f"world/{name}", rgb)
-    top = ROVER_HEIGHT + 0.25 if kind == "rover" else 0.35
-    label = rr.Points3D([[0, 0, top]], radii=0.001, colors=[rgb], labels=[name], show_labels=True)
+    top = ROVER_HEIGHT + 0.3 if kind == "rover" else 0.5
+    label = rr.Points3D([[0, 0, top]], radii=0.001, colors=[rgb], labels=[name], show_labels=named)
     rec.log(f"world/{name}/label", label, static=True)
     pad = rr.Cylinders3D(
         lengths=[0.01],
@@ -122,7 +124,7 @@ def blueprint(robots: Sequence[RecordedRobot]) -> Any:
     places = np.array([place for r in robots for place in (r.start, r.target)] or [(0, 0, 0)])
     middle = (places.min(axis=0) + places.max(axis=0)) / 2
     reach = max(5.0, float(np.ptp(places[:, :2], axis=0).max()))
-    eye = middle + reach * np.array([0.35, -1.15, 0.95])
+    eye = middle + reach * np.array([0.2, -1.1, 0.75])
     world = rrb.Spatial3DView(
         name="World",
         origin="/",
@@ -130,10 +132,15 @@ def blueprint(robots: Sequence[RecordedRobot]) -> Any:
         line_grid=rrb.LineGrid3D(visible=True, spacing=1.0 if reach < 30 else 10.0),
         eye_controls=rrb.EyeControls3D(position=_triple(eye), look_target=_triple(middle)),
     )
-    separation = rrb.TimeSeriesView(name="Smallest separation, m", origin="/plots/separation")
+    legend = rrb.PlotLegend(visible=len(robots) <= FEW, corner=rrb.Corner2D.RightTop)
+    separation = rrb.TimeSeriesView(
+        name="Smallest separation, m", origin="/plots/separation", plot_legend=legend
+    )
     motion = rrb.Tabs(
-        rrb.TimeSeriesView(name="Distance from target, m", origin="/plots/error"),
-        rrb.TimeSeriesView(name="Speed, m/s", origin="/plots/speed"),
+        rrb.TimeSeriesView(
+            name="Distance from target, m", origin="/plots/error", plot_legend=legend
+        ),
+        rrb.TimeSeriesView(name="Speed, m/s", origin="/plots/speed", plot_legend=legend),
     )
     states = rrb.Tabs(
         rrb.StateTimelineView(name="Phase", origin="/phase"),

@@ -14,7 +14,7 @@ from ..transport.wire import Target, VehicleState
 from .contact import contact_distance, pair_class
 from .figure_style import CLASS_COLOUR, robot_colours
 from .mode_names import mode_name
-from .recorder_look import Colour, RecordedRobot, blueprint, log_robot
+from .recorder_look import NAMED, Colour, RecordedRobot, blueprint, log_robot
 from .recorder_separation import LiveSeparation
 from .truth import Floats, Track
 
@@ -133,7 +133,7 @@ class Scene:
         rec.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for robot in robots:
             rgb = _rgb(self._colours[robot.name])
-            log_robot(rec, robot, rgb)
+            log_robot(rec, robot, rgb, named=len(robots) <= NAMED)
             for plot in ("speed", "error"):
                 lines = rr.SeriesLines(names=robot.name, colors=rgb, widths=1.5)
                 rec.log(f"plots/{plot}/{robot.name}", lines, static=True)
@@ -141,7 +141,7 @@ class Scene:
             entity, rgb = f"plots/separation/{label}", _rgb(CLASS_COLOUR[label])
             rec.log(entity, rr.SeriesLines(names=label, colors=rgb, widths=2), static=True)
             contact = f"contact {contact_distance(one, other):.2f} m"
-            lines = rr.SeriesLines(names=contact, colors=(*rgb, 110), widths=1)
+            lines = rr.SeriesLines(names=contact, colors=rgb, widths=1)
             rec.log(f"{entity}/contact", lines, static=True)
 
     def _add_trail(self, name: str, robot: RobotEntry, time: Floats, position: Floats) -> None:

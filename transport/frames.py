@@ -4,7 +4,7 @@ This is the only place where one becomes the other.
 """
 
 from dataclasses import dataclass
-from math import atan2, cos, degrees, pi, radians, sin, sqrt
+from math import atan2, cos, degrees, pi, radians, remainder, sin, sqrt
 
 Triple = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]  # w x y z
@@ -38,14 +38,15 @@ class Origin:
     def to_geodetic(self, north: float, east: float) -> tuple[float, float]:
         """Return latitude and longitude in degrees of a point in metres from the origin."""
         per_north, per_east = self._metres_per_radian()
-        return self.lat_deg + degrees(north / per_north), self.lon_deg + degrees(east / per_east)
+        lon_deg = self.lon_deg + degrees(east / per_east)
+        return self.lat_deg + degrees(north / per_north), remainder(lon_deg, 360)
 
     def from_geodetic(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
         """Return metres north and east of the origin: the inverse of `to_geodetic`."""
         per_north, per_east = self._metres_per_radian()
         return (
             radians(lat_deg - self.lat_deg) * per_north,
-            radians(lon_deg - self.lon_deg) * per_east,
+            radians(remainder(lon_deg - self.lon_deg, 360)) * per_east,
         )
 
 

@@ -6,6 +6,7 @@ conversation with one peer. A vehicle keeps codec and stream rates per link.
 
 import selectors
 import socket
+import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Protocol
@@ -14,6 +15,7 @@ from .errors import LinkError
 
 MAX_PEERS = 16  # conversations per listening endpoint
 _DATAGRAM = 65535
+_MAX_PORT = 65535
 _READ = 1 << 16
 _MAX_UNSENT = 1 << 18  # bytes a TCP peer may leave unread before it is dropped
 _RECEIVE_BUFFER = 1 << 20
@@ -63,10 +65,13 @@ class UdpOut:
     def __init__(self, host: str, port: int) -> None:
         self.label = f"udpout:{host}:{port}"
         self.spoken = False
+        if not 0 < port <= _MAX_PORT:
+            raise LinkError(f"{self.label}: nobody can listen there (ports are 1..{_MAX_PORT})")
         self._socket = _udp_socket()
         try:
             self._socket.connect((host, port))
         except OSError as error:
+            self._socket.close()
             raise LinkError(f"{self.label}: {error.strerror or error}") from None
 
     def send(self, data: bytes) -> None:
@@ -208,8 +213,8 @@ class TcpServer:
         self._peers: list[TcpPeer] = []
 
     def sockets(self) -> list[socket.socket]:
-        """Return the listening socket and one for each connection."""
-        return [self._socket, *(peer.socket for peer in self._peers)]
+        """Return the listening socket and one for each open connection."""
+        return [self._socket, *(peer.socket for peer in self._peers if peer.open)]
 
     def links(self) -> list[Link]:
         """Return the open connections."""
@@ -281,11 +286,22 @@ def socket_pair_udp() -> tuple[socket.socket, socket.socket]:
     return a, b
 
 
+def patience(sock: socket.socket, seconds: float) -> None:
+    """Have a blocking socket raise BlockingIOError when nothing comes for `seconds`.
+
+    The kernel keeps the time: half the system calls of `settimeout`.
+    """
+    sock.setblocking(True)
+    whole, rest = divmod(seconds, 1)
+    timeval = struct.pack("@ll", int(whole), int(rest * 1e6))
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, timeval)
+
+
 def parse_address(text: str, what: str) -> tuple[str, int]:
     """Return host and port of `HOST:PORT` or `PORT`; raise LinkError naming `what`."""
     host, _, port = text.rpartition(":")
-    if not port.isdecimal() or not 0 <= int(port) <= 65535:
-        raise LinkError(f"{what} {text!r}: expected HOST:PORT with a port of 0..65535")
+    if not port.isdecimal() or len(port) > 5 or int(port) > _MAX_PORT:
+        raise LinkError(f"{what} {text!r}: expected HOST:PORT with a port of 0..{_MAX_PORT}")
     return host or "127.0.0.1", int(port)
 
 
@@ -298,6 +314,9 @@ def _udp_socket() -> socket.socket:
 def _bind(sock: socket.socket, host: str, port: int, label: str) -> None:
     try:
         sock.bind((host, port))
+    except OverflowError:
+        sock.close()
+        raise LinkError(f"{label}: ports end at {_MAX_PORT}") from None
     except OSError as error:
         sock.close()
         raise LinkError(

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from ..transport.errors import VehicleError
-from ..transport.links import Endpoint, Link, Watcher
+from ..transport.links import Endpoint, Link, Watcher, patience
 from .streams import SLICE_US
 from .truth import TruthLog
 from .vehicle import Conversation, Vehicle
@@ -23,7 +23,7 @@ DONE = struct.Struct("<qIIQ")
 
 LIVENESS_S = 10.0  # wall-clock patience with a partner that is silent
 _MAX_LAG_S = 0.5  # free-running: skip time rather than race to catch up by more
-_FLUSH_EVERY = 10  # slices between two flushes of the truth log
+_FLUSH_US = 250_000  # of vehicle time between two flushes of the truth log
 _DATAGRAM = 65535
 
 
@@ -54,14 +54,15 @@ class VehicleProcess:
         control, coordinator, vehicle = self._control, self._coordinator, self.vehicle
         if control is None or coordinator is None:
             raise ValueError("lockstep needs a control and a coordinator socket")
-        coordinator.settimeout(LIVENESS_S)
+        patience(coordinator, LIVENESS_S)
         watcher = Watcher(self._endpoints, control)
         while True:
             ready = watcher.wait(1.0)
-            self._serve_outside()
+            if not ready:  # paused: those who wait outside must not think we are gone
+                self._send_outside_heartbeat()
+            elif ready != {control}:
+                self._serve_outside()
             if control not in ready:
-                if not ready:  # paused: those who wait outside must not think we are gone
-                    self._send_outside_heartbeat()
                 continue
             grant = _receive_exactly(control, GRANT.size)
             if grant is None:
@@ -71,14 +72,14 @@ class VehicleProcess:
             for _ in range(expected):
                 try:
                     data = coordinator.recv(_DATAGRAM)
-                except TimeoutError:
+                except BlockingIOError:
                     raise VehicleError(
                         f"a datagram of the coordinator was lost before {until_us / 1e6:.2f} s"
                     ) from None
                 out.append(vehicle.handle(data, self._own))
             while vehicle.now_us < until_us:
                 out.append(self._step())
-            if self._truth:
+            if self._truth and until_us % _FLUSH_US == 0:
                 self._truth.flush()
             datagram = b"".join(out)
             if datagram:
@@ -106,7 +107,7 @@ class VehicleProcess:
             if data := self._step():
                 self._send_to_coordinator(data)
             slices += 1
-            if self._truth and slices % _FLUSH_EVERY == 0:
+            if self._truth and self.vehicle.now_us % _FLUSH_US == 0:
                 self._truth.flush()
             lag = clock() - due
             self.late += lag > pace

@@ -1,0 +1,72 @@
+"""What a person sees in the terminal (stderr, so that `--json` leaves stdout pure)."""
+
+from collections.abc import Mapping, Sequence
+from math import dist
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from ..scenarios.paths import end_point
+from ..scenarios.schema import Goto, Hold, Scenario
+from ..transport.wire import VehicleState
+from .live_view import LiveView
+from .summary import ports_table, summary_table
+
+if TYPE_CHECKING:
+    from .launcher import Outcome
+
+
+class RunView:
+    """The launcher's view of one scenario: ports when it starts, the team, what happens."""
+
+    def __init__(self, scenario: Scenario, console: Console | None = None) -> None:
+        self._console = console or Console(stderr=True)
+        kinds = {spec.name: spec.kind for spec in scenario.robots}
+        self._live = LiveView(kinds, scenario.duration, self._console)
+        self._goals = {
+            spec.name: end_point(spec, scenario.team)
+            for spec in scenario.robots
+            if isinstance(spec.path, Goto | Hold)
+        }
+        self._flat = {name for name, kind in kinds.items() if kind == "rover"}
+        self._message = ""
+
+    def __enter__(self) -> "RunView":
+        self._live.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._live.__exit__(kind, error, trace)
+
+    def started(self, folder: Path, ports: Mapping[str, Any]) -> None:
+        """Say where outside programs can connect."""
+        self._console.print(ports_table(ports), f"[dim]run folder {folder}[/dim]", highlight=False)
+
+    def update(self, now: float, states: Sequence[VehicleState], factor: float) -> None:
+        """Show the team at fleet time `now`, running `factor` times as fast as real time."""
+        to_go = {}
+        for s in states:
+            if (goal := self._goals.get(s.name)) is not None:
+                axes = 2 if s.name in self._flat else 3
+                to_go[s.name] = dist(s.position[:axes], goal[:axes])
+        self._live.update(now, states, to_go, factor, self._message)
+
+    def event(self, event: Mapping[str, Any]) -> None:
+        """Keep what happened last."""
+        who = f"{event['vehicle']}: " if event.get("vehicle") else ""
+        self._message = f"{who}{event['text']}"
+
+
+def print_outcome(outcome: "Outcome", console: Console | None = None) -> None:
+    """Print how a run ended and where to look further."""
+    console = console or Console(stderr=True)
+    console.print(summary_table(outcome.report, outcome.folder))
+    for note in outcome.notes:
+        console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)

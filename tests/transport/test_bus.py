@@ -1,0 +1,158 @@
+"""Sessions of one run hear one another through the router, and no one hangs at the end."""
+
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+from mavherd.transport.bus import Bus
+from mavherd.transport.errors import LinkError
+
+
+def free_endpoint() -> str:
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{sock.getsockname()[1]}"
+
+
+def until(condition, seconds=5.0):
+    """Wait for the network; return what `condition` came to."""
+    deadline = time.monotonic() + seconds
+    while not (result := condition()) and time.monotonic() < deadline:
+        time.sleep(0.005)
+    return result
+
+
+@pytest.fixture
+def endpoint():
+    return free_endpoint()
+
+
+@pytest.fixture
+def router(endpoint):
+    with Bus.router(endpoint, "run1") as bus:
+        yield bus
+
+
+@pytest.fixture
+def client(router, endpoint):
+    with Bus.client(endpoint, "run1") as bus:
+        yield bus
+
+
+def test_a_client_hears_the_router_and_another_client(router, client, endpoint):
+    with Bus.client(endpoint, "run1") as other:
+        box = client.latest("vehicle/*/state")
+        for bus, name in ((router, "a"), (other, "b")):
+            publisher = bus.publisher(f"vehicle/{name}/state")
+            assert until(lambda publisher=publisher: publisher.wanted)
+            publisher.put(name.encode())
+        assert until(lambda: box.received == 2)
+        assert box.latest == {"vehicle/a/state": b"a", "vehicle/b/state": b"b"}
+        assert box.arrived.is_set()
+
+
+def test_a_mailbox_keeps_the_newest_and_a_queue_keeps_all_in_order(router, client):
+    box, queue = client.latest("clock"), client.queue("clock")
+    publisher = router.publisher("clock")
+    assert until(lambda: publisher.wanted)
+    sent = [str(i).encode() for i in range(200)]
+    for payload in sent:
+        publisher.put(payload)
+    assert until(lambda: queue.received == box.received == 200)
+    assert box.latest == {"clock": sent[-1]}
+    assert list(queue.drain()) == [("clock", payload) for payload in sent]
+    assert list(queue.drain()) == []
+
+
+def test_a_full_queue_lets_the_oldest_go(router, client):
+    queue = client.queue("clock", size=10)
+    publisher = router.publisher("clock")
+    assert until(lambda: publisher.wanted)
+    for i in range(50):
+        publisher.put(bytes([i]))
+    assert until(lambda: queue.received == 50)
+    assert [payload[0] for _, payload in queue.drain()] == list(range(40, 50))
+
+
+def test_a_publisher_knows_whether_anybody_listens(router, client):
+    publisher = router.publisher("events")
+    assert not publisher.wanted
+    box = client.latest("events")
+    assert until(lambda: publisher.wanted)
+    client.close()
+    assert until(lambda: not publisher.wanted)
+    assert box.received == 0
+
+
+def test_runs_on_one_router_do_not_hear_one_another(router, client, endpoint):
+    with Bus.client(endpoint, "run2") as stranger:
+        foreign, own = stranger.latest("**"), client.latest("**")
+        publisher = router.publisher("clock")
+        assert until(lambda: publisher.wanted)
+        publisher.put(b"1")
+        assert until(lambda: own.received == 1)
+        assert foreign.received == 0
+
+
+def test_tokens_tell_presence_also_to_those_who_come_late(router, client, endpoint):
+    token = client.declare_token("vehicle/a/alive")
+    with Bus.client(endpoint, "run1") as late:
+        box = late.watch_tokens("vehicle/*/alive")
+        assert until(lambda: box.latest == {"vehicle/a/alive": b"1"})
+        token.undeclare()
+        assert until(lambda: box.latest == {"vehicle/a/alive": b""})
+
+
+def test_a_token_ends_with_its_session(router, client, endpoint):
+    box = router.watch_tokens("vehicle/*/alive")
+    with Bus.client(endpoint, "run1") as short_lived:
+        short_lived.declare_token("vehicle/b/alive")
+        assert until(lambda: box.latest.get("vehicle/b/alive") == b"1")
+    assert until(lambda: box.latest.get("vehicle/b/alive") == b"")
+
+
+def test_a_taken_port_is_a_link_error_that_names_it(router, endpoint):
+    with pytest.raises(LinkError, match=f"cannot listen on {endpoint}"):
+        Bus.router(endpoint, "run1")
+
+
+def test_an_absent_router_is_a_link_error_that_names_it_and_no_source_lines():
+    nowhere = free_endpoint()
+    with pytest.raises(LinkError, match=f"no Zenoh router at {nowhere}") as caught:
+        Bus.client(nowhere, "run1")
+    assert ".rs:" not in str(caught.value)
+
+
+def test_closing_twice_is_harmless(endpoint):
+    bus = Bus.router(endpoint, "run1")
+    bus.close()
+    bus.close()
+
+
+FORGETFUL = """
+import sys
+from mavherd.transport.bus import Bus
+router = Bus.router(sys.argv[1], "run1")
+client = Bus.client(sys.argv[1], "run1")
+box, queue = client.latest("**"), router.queue("**")
+tokens = router.watch_tokens("**")
+token = client.declare_token("vehicle/a/alive")
+publisher = router.publisher("clock")
+for i in range(100):
+    publisher.put(b"x")
+print("end of main", flush=True)
+"""
+
+
+def test_a_process_that_closes_nothing_still_ends(endpoint):
+    done = subprocess.run(
+        [sys.executable, "-c", FORGETFUL, endpoint],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "end of main\n"), done.stderr

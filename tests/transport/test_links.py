@@ -1,0 +1,343 @@
+"""Links are bounded, deaf to strangers, and say clearly what is wrong with an address."""
+
+import socket
+import time
+from contextlib import closing, suppress
+
+import pytest
+
+from mavherd.transport.errors import LinkError
+from mavherd.transport.links import (
+    MAX_PEERS,
+    TcpServer,
+    UdpIn,
+    UdpOut,
+    Watcher,
+    listen_tcp,
+    parse_address,
+    socket_pair_udp,
+)
+
+HOST = "127.0.0.1"
+
+
+def udp(connect_to: int | None = None) -> socket.socket:
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sock.bind((HOST, 0))
+    sock.settimeout(2)
+    if connect_to is not None:
+        sock.connect((HOST, connect_to))
+    return sock
+
+
+def port_of(sock: socket.socket) -> int:
+    return sock.getsockname()[1]
+
+
+def arrivals(endpoint, seconds=2.0):
+    """Wait for something and return it; an empty list after `seconds`."""
+    watcher, deadline = Watcher([endpoint]), time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        watcher.wait(deadline - time.monotonic())
+        if got := list(endpoint.receive()):
+            return got
+    return []
+
+
+def served() -> TcpServer:
+    return TcpServer(listen_tcp(HOST, 0))
+
+
+def dialled(server: TcpServer) -> socket.socket:
+    return socket.create_connection((HOST, server.port), timeout=2)
+
+
+# UDP
+
+
+def test_udpout_sends_to_its_address_and_hears_the_answer():
+    with udp() as ground, closing(UdpOut(HOST, port_of(ground))) as link:
+        link.send(b"here I am")
+        data, vehicle = ground.recvfrom(100)
+        assert data == b"here I am"
+        assert not link.spoken
+        ground.sendto(b"hello", vehicle)
+        assert arrivals(link) == [(link, b"hello")]
+        assert link.spoken
+
+
+def test_udpout_is_deaf_to_everybody_else():
+    with udp() as ground, udp() as stranger, closing(UdpOut(HOST, port_of(ground))) as link:
+        link.send(b"x")
+        _, vehicle = ground.recvfrom(100)
+        stranger.sendto(b"obey me", vehicle)
+        ground.sendto(b"hello", vehicle)
+        assert [data for _, data in arrivals(link)] == [b"hello"]
+        assert arrivals(link, 0.1) == []
+
+
+def test_udpout_to_a_port_where_nobody_listens_goes_on_quietly():
+    with udp() as ground:
+        port = port_of(ground)
+        link = UdpOut(HOST, port)
+    for _ in range(5):
+        link.send(b"anybody?")
+        assert list(link.receive()) == []
+    with closing(link), closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as late:
+        late.bind((HOST, port))
+        late.settimeout(2)
+        link.send(b"still here")
+        assert late.recv(100) == b"still here"
+
+
+def test_a_datagram_flood_does_not_hold_up_the_caller():
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as flood:
+        for _ in range(200):
+            flood.send(b"x")
+        assert len(arrivals(port)) == 64
+
+
+def test_udpin_answers_each_peer_separately():
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as a, udp(port.port) as b:
+        for sock, word in ((a, b"a"), (b, b"b")):
+            sock.send(word)
+            ((peer, data),) = arrivals(port)
+            assert data == word
+            peer.send(b"you are " + word)
+        assert (a.recv(100), b.recv(100)) == (b"you are a", b"you are b")
+        assert len(port.links()) == 2
+
+
+def test_udpin_keeps_one_conversation_per_peer():
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as a:
+        a.send(b"1")
+        ((first, _),) = arrivals(port)
+        a.send(b"2")
+        ((again, _),) = arrivals(port)
+        assert first is again
+        assert port.links() == [first]
+
+
+def test_udpin_bounds_its_peers_and_lets_the_stalest_go():
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as faithful:
+        faithful.send(b"first")
+        ((friend, _),) = arrivals(port)
+        seen = []
+        for i in range(3 * MAX_PEERS):
+            with udp(port.port) as passer_by:
+                passer_by.send(b"hello")
+                seen += [peer for peer, _ in arrivals(port)]
+            if i % 4 == 0:
+                faithful.send(b"still there")
+                assert arrivals(port)[0][0] is friend
+            assert len(port.links()) <= MAX_PEERS
+        assert friend.open
+        assert friend in port.links()
+        assert not seen[0].open
+
+
+def test_sending_to_a_peer_that_has_gone_is_no_error():
+    with closing(UdpIn(HOST, 0)) as port:
+        with udp(port.port) as short_lived:
+            short_lived.send(b"bye")
+            ((peer, _),) = arrivals(port)
+        for _ in range(3):
+            peer.send(b"are you there?")
+        assert list(port.receive()) == []
+
+
+def test_a_socket_pair_hears_only_itself():
+    a, b = socket_pair_udp()
+    with a, b, udp() as stranger:
+        stranger.sendto(b"let me in", a.getsockname())
+        b.send(b"hello")
+        a.settimeout(2)
+        assert a.recv(100) == b"hello"
+        a.settimeout(0.05)
+        with pytest.raises(TimeoutError):
+            a.recv(100)
+
+
+def test_a_socket_pair_holds_a_tick_of_a_large_fleet():
+    a, b = socket_pair_udp()
+    with a, b:
+        for _ in range(100):
+            a.send(bytes(1500))
+        b.settimeout(1)
+        assert sum(len(b.recv(2000)) for _ in range(100)) == 150_000
+
+
+# TCP
+
+
+def test_tcp_serves_several_at_once():
+    with closing(served()) as server, dialled(server) as a, dialled(server) as b:
+        for sock, word in ((a, b"a"), (b, b"b")):
+            sock.sendall(word)
+            ((peer, data),) = arrivals(server)
+            assert data == word
+            peer.send(b"you are " + word)
+        assert (a.recv(100), b.recv(100)) == (b"you are a", b"you are b")
+
+
+def test_tcp_reaches_a_peer_that_has_only_connected():
+    with closing(served()) as server, dialled(server) as listener:
+        arrivals(server, 0.05)
+        (peer,) = server.links()
+        peer.send(b"heartbeat")
+        assert listener.recv(100) == b"heartbeat"
+
+
+def test_tcp_forgets_a_peer_that_hangs_up():
+    with closing(served()) as server:
+        with dialled(server) as short_lived:
+            short_lived.sendall(b"hello")
+            ((peer, _),) = arrivals(server)
+        assert arrivals(server, 0.1) == []
+        assert not peer.open
+        assert server.links() == []
+        assert len(server.sockets()) == 1
+        peer.send(b"too late")
+
+
+def test_tcp_turns_away_whom_it_cannot_hold():
+    with closing(served()) as server:
+        crowd = []
+        for _ in range(MAX_PEERS + 4):
+            crowd.append(dialled(server))
+            arrivals(server, 0.01)
+        assert len(server.links()) == MAX_PEERS
+        assert crowd[-1].recv(100) == b"", "the last one is told at once"
+        crowd[0].sendall(b"still served")
+        assert [data for _, data in arrivals(server)] == [b"still served"]
+        for sock in crowd:
+            sock.close()
+
+
+def test_tcp_drops_a_peer_that_never_reads_and_serves_the_others():
+    with closing(served()) as server, dialled(server) as deaf, dialled(server) as good:
+        arrivals(server, 0.1)
+        stuck, listening = server.links()
+        sent = 0
+        while stuck.open and sent < 1 << 26:
+            stuck.send(bytes(1 << 14))
+            sent += 1 << 14
+        assert not stuck.open
+        assert server.links() == [listening]
+        listening.send(b"you go on")
+        assert good.recv(100) == b"you go on"
+        deaf.close()
+
+
+def test_tcp_sends_all_to_a_slow_reader_in_order():
+    with closing(served()) as server, dialled(server) as slow:
+        arrivals(server, 0.05)
+        (peer,) = server.links()
+        sent, got = b"", b""
+        for i in range(2000):
+            part = i.to_bytes(4, "big") * 64
+            peer.send(part)
+            sent += part
+            if i % 4 == 0:
+                got += slow.recv(2048)
+        while len(got) < len(sent):
+            peer.send(b"")
+            got += slow.recv(1 << 16)
+        assert got == sent
+
+
+def test_a_dropped_peer_does_not_trip_the_watcher_when_another_one_calls():
+    with closing(served()) as server, dialled(server) as deaf:
+        watcher = Watcher([server])
+        arrivals(server, 0.05)
+        watcher.wait(0)
+        with dialled(server):
+            server_saw_both = watcher.wait(1)
+            list(server.receive())
+            server.links()[0].close()  # as a failed send does
+            watcher.wait(0)
+            assert server_saw_both
+        deaf.close()
+
+
+def test_a_connection_reset_in_the_middle_is_the_end_of_that_peer_only():
+    with closing(served()) as server, dialled(server) as rude, dialled(server) as good:
+        arrivals(server, 0.05)
+        rude.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+        rude.close()
+        good.sendall(b"hello")
+        assert [data for _, data in arrivals(server)] == [b"hello"]
+        for _ in range(3):
+            for peer in server.links():
+                peer.send(b"x")
+        assert len(server.links()) == 1
+
+
+# Addresses
+
+
+def test_a_taken_tcp_port_is_named_with_the_cure():
+    with listen_tcp(HOST, 0) as taken:
+        port = port_of(taken)
+        with pytest.raises(LinkError, match=rf"tcp:{HOST}:{port}: .*in use.*another port"):
+            listen_tcp(HOST, port)
+
+
+def test_a_taken_udp_port_is_named_with_the_cure():
+    with udp() as taken:
+        with pytest.raises(LinkError, match=rf"udpin:{HOST}:{port_of(taken)}: .*in use.*another"):
+            UdpIn(HOST, port_of(taken))
+
+
+@pytest.mark.parametrize("make", [UdpIn, UdpOut, listen_tcp])
+@pytest.mark.parametrize("host", ["no.such.host.invalid", "256.1.1.1", "a..b", "[::1]"])
+def test_a_host_that_does_not_exist_is_a_link_error(make, host):
+    with pytest.raises(LinkError, match=r":"):
+        make(host, 14550)
+
+
+@pytest.mark.parametrize("make", [UdpIn, UdpOut, listen_tcp])
+def test_a_port_beyond_the_last_is_a_link_error(make):
+    with pytest.raises(LinkError, match="65535"):
+        make(HOST, 65540)
+
+
+def test_port_zero_cannot_be_sent_to():
+    with pytest.raises(LinkError, match="nobody can listen"):
+        UdpOut(HOST, 0)
+
+
+def test_port_zero_listens_on_any_free_port_and_tells_which():
+    with closing(UdpIn(HOST, 0)) as a, closing(served()) as b:
+        assert a.label == f"udpin:{HOST}:{a.port}"
+        assert a.port > 0
+        assert b.label == f"tcp:{HOST}:{b.port}"
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("127.0.0.1:14550", ("127.0.0.1", 14550)),
+        ("14550", ("127.0.0.1", 14550)),
+        (":14550", ("127.0.0.1", 14550)),
+        ("localhost:0", ("localhost", 0)),
+        ("0.0.0.0:65535", ("0.0.0.0", 65535)),
+    ],
+)
+def test_addresses_are_host_and_port(text, address):
+    assert parse_address(text, "--udpout") == address
+
+
+@pytest.mark.parametrize(
+    "text", ["", "localhost", "h:", "h:x", "h:-1", "h:65536", "h:1.5", "1" * 5000, "h: 14550"]
+)
+def test_anything_else_is_refused_by_name(text):
+    with pytest.raises(LinkError, match="--udpout .*HOST:PORT"):
+        parse_address(text, "--udpout")
+
+
+def test_closing_twice_is_harmless():
+    for endpoint in (UdpIn(HOST, 0), served()):
+        endpoint.close()
+        with suppress(OSError):
+            endpoint.close()

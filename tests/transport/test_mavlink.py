@@ -1,0 +1,224 @@
+"""The codec finds every good frame in any bytes, in any slices, and never raises."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavherd.transport.mavlink import Codec, mav
+
+
+def text(words: bytes) -> mav.MAVLink_statustext_message:
+    return mav.MAVLink_statustext_message(6, words)
+
+
+def heartbeat() -> mav.MAVLink_heartbeat_message:
+    return mav.MAVLink_heartbeat_message(2, 3, 1, 4, 3, 3)
+
+
+def arm(system: int) -> mav.MAVLink_command_long_message:
+    return mav.MAVLink_command_long_message(system, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+
+
+def names(messages) -> list[str]:
+    return [m.get_type() for m in messages]
+
+
+def signed(message) -> bytes:
+    sender = mav.MAVLink(None, srcSystem=9, srcComponent=1)
+    sender.signing.secret_key, sender.signing.sign_outgoing = b"k" * 32, True
+    return bytes(message.pack(sender))
+
+
+def version_1(message) -> bytes:
+    sender = mav.MAVLink(None, srcSystem=9, srcComponent=1)
+    return bytes(message.pack(sender, force_mavlink1=True))
+
+
+def unknown_message(payload: bytes = b"12345") -> bytes:
+    """A frame of a dialect that we do not speak: id 60000, whatever its checksum."""
+    return bytes([0xFD, len(payload), 0, 0, 7, 9, 1, 0x60, 0xEA, 0]) + payload + b"\xab\xcd"
+
+
+def with_bad_checksum(frame: bytes) -> bytes:
+    return frame[:-1] + bytes([frame[-1] ^ 0x55])
+
+
+def with_flag(frame: bytes, flag: int) -> bytes:
+    return frame[:2] + bytes([frame[2] | flag]) + frame[3:]
+
+
+GOOD = Codec(7).encode([heartbeat(), arm(3), text(b"hello"), heartbeat()])
+GOOD_NAMES = ["HEARTBEAT", "COMMAND_LONG", "STATUSTEXT", "HEARTBEAT"]
+FRAME = Codec(7).encode([text(b"a good one")])
+
+
+@given(st.lists(st.integers(0, len(GOOD)), max_size=20))
+def test_any_slicing_of_a_stream_gives_the_same_messages(cuts):
+    codec = Codec(1)
+    ends = [0, *sorted(cuts), len(GOOD)]
+    slices = [GOOD[a:b] for a, b in zip(ends, ends[1:], strict=False)]
+    got = [pair for part in slices for pair in codec.decode_frames(part)]
+    assert names(m for m, _ in got) == GOOD_NAMES
+    assert b"".join(frame for _, frame in got) == GOOD
+    assert codec.bad_bytes == codec.lost == 0
+
+
+def test_one_byte_at_a_time_gives_the_same_messages():
+    codec = Codec(1)
+    got = [m for i in range(len(GOOD)) for m in codec.decode(GOOD[i : i + 1])]
+    assert names(got) == GOOD_NAMES
+    assert got[1].target_system == 3
+    assert (got[2].text, got[2].get_srcSystem(), got[2].get_srcComponent()) == ("hello", 7, 1)
+
+
+def test_frames_are_numbered_in_order_and_wrap_at_256():
+    sequences = [m.get_seq() for m in Codec(1).decode(Codec(7).encode([heartbeat()] * 300))]
+    assert sequences == [i % 256 for i in range(300)]
+
+
+@given(st.binary(max_size=400), st.binary(max_size=400))
+def test_random_bytes_never_raise_and_never_hide_a_good_frame(before, after):
+    codec = Codec(1)
+    got = codec.decode(before + FRAME + after + bytes(300))
+    assert "a good one" in [m.text for m in got if m.get_type() == "STATUSTEXT"]
+    assert names(codec.decode(bytes(300) + FRAME))[-1] == "STATUSTEXT"
+
+
+# Bytes that look like the beginning of frames: the worst garbage there is.
+HEADERS = st.builds(
+    lambda marker, length, flags, rest: bytes([marker, length, flags]) + rest,
+    st.sampled_from([0xFD, 0xFE]),
+    st.integers(0, 255),
+    st.sampled_from([0, 1, 2, 255]),
+    st.binary(max_size=12),
+)
+
+
+@given(st.lists(HEADERS, max_size=30).map(b"".join), st.booleans())
+def test_false_frame_headers_never_hide_a_good_frame(garbage, stream):
+    got = Codec(1).decode(garbage + FRAME + bytes(300), stream=stream)
+    assert "a good one" in [m.text for m in got if m.get_type() == "STATUSTEXT"]
+
+
+@given(st.binary(max_size=600), st.lists(st.integers(0, 600), max_size=8))
+def test_random_streams_in_random_slices_never_raise_and_never_grow(data, cuts):
+    codec = Codec(1)
+    ends = [0, *sorted(cuts), len(data)]
+    for a, b in zip(ends, ends[1:], strict=False):
+        codec.decode(data[a:b])
+        assert len(codec._buffer) < 280  # the longest frame there is
+
+
+@pytest.mark.parametrize(
+    "junk",
+    [b"\xfd", b"\xfe", b"\xfd\xff\x00", b"GET / HTTP/1.1\r\n\r\n", bytes(range(256)), GOOD[:20]],
+    ids=["v2 marker", "v1 marker", "v2 header", "http", "all bytes", "half a frame"],
+)
+def test_garbage_before_between_and_after_frames_is_skipped_and_counted(junk):
+    codec = Codec(1)
+    first, second = Codec(7).frames([text(b"one"), text(b"two")])
+    got = codec.decode(junk + first + junk + second + junk, stream=False)
+    assert [m.text for m in got if m.get_type() == "STATUSTEXT"] == ["one", "two"]
+    assert codec.bad_bytes + sum(len(f) for _, f in Codec(1).decode_frames(junk)) >= 3
+
+
+def test_a_truncated_frame_in_a_datagram_is_dropped_and_does_not_swallow_the_next():
+    codec = Codec(1)
+    assert codec.decode(FRAME[:-1], stream=False) == []
+    assert names(codec.decode(FRAME, stream=False)) == ["STATUSTEXT"]
+    assert codec.bad_bytes == len(FRAME) - 1
+
+
+def test_a_truncated_frame_on_a_stream_waits_for_its_rest():
+    codec = Codec(1)
+    assert codec.decode(FRAME[:-1]) == []
+    assert names(codec.decode(FRAME[-1:])) == ["STATUSTEXT"]
+    assert codec.bad_bytes == 0
+
+
+def test_a_wrong_checksum_drops_that_frame_only():
+    codec = Codec(1)
+    first, second = Codec(7).frames([text(b"one"), text(b"two")])
+    got = codec.decode(with_bad_checksum(first) + second, stream=False)
+    assert [m.text for m in got] == ["two"]
+    assert codec.bad_bytes == len(first)
+
+
+def test_every_flipped_bit_of_a_frame_is_noticed():
+    heard = Codec(1).decode(FRAME)[0]
+    for at in range(len(FRAME) * 8):
+        broken = bytearray(FRAME)
+        broken[at // 8] ^= 1 << at % 8
+        got = Codec(1).decode(bytes(broken), stream=False)
+        assert got == [] or at // 8 == 2, f"bit {at} passed: {got} for {heard}"
+
+
+def test_unknown_message_ids_are_skipped():
+    codec = Codec(1)
+    assert names(codec.decode(unknown_message() + FRAME + unknown_message())) == ["STATUSTEXT"]
+
+
+def test_a_frame_inside_an_unknown_message_is_found():
+    assert names(Codec(1).decode(unknown_message(FRAME))) == ["STATUSTEXT"]
+
+
+def test_mavlink_1_frames_are_understood():
+    (m,) = Codec(1).decode(version_1(arm(4)))
+    assert (m.get_type(), m.target_system, m.get_srcSystem()) == ("COMMAND_LONG", 4, 9)
+
+
+def test_mixed_versions_share_a_stream():
+    codec = Codec(1)
+    stream = version_1(heartbeat()) + FRAME + signed(heartbeat()) + version_1(text(b"x"))
+    got = [m for i in range(len(stream)) for m in codec.decode(stream[i : i + 1])]
+    assert names(got) == ["HEARTBEAT", "STATUSTEXT", "HEARTBEAT", "STATUSTEXT"]
+    assert codec.bad_bytes == 0
+
+
+def test_a_signed_frame_on_an_unsigned_link_is_read_and_does_no_harm():
+    codec = Codec(1)
+    got = codec.decode(FRAME + signed(arm(4)) + FRAME)
+    assert names(got) == ["STATUSTEXT", "COMMAND_LONG", "STATUSTEXT"]
+    assert codec.bad_bytes == 0
+    assert codec.encode([heartbeat()])[2] == 0, "we must not begin to sign"
+
+
+@pytest.mark.parametrize("flag", [0x02, 0x04, 0x80, 0xFE])
+def test_unknown_incompatibility_flags_drop_the_frame(flag):
+    got = Codec(1).decode(with_flag(GOOD, flag) + FRAME, stream=False)
+    assert names(got) == [*GOOD_NAMES[1:], "STATUSTEXT"]
+
+
+def test_longer_payloads_of_a_newer_dialect_are_read():
+    sender = mav.MAVLink(None, srcSystem=9, srcComponent=1)
+    frame = bytearray(heartbeat().pack(sender))
+    longer = bytes([0xFD, frame[1] + 4]) + bytes(frame[2:-2]) + b"\1\2\3\4"
+    crc = mav.x25crc([*longer[1:], mav.MAVLink_heartbeat_message.crc_extra]).crc
+    (m,) = Codec(1).decode(longer + crc.to_bytes(2, "little"))
+    assert (m.get_type(), m.custom_mode) == ("HEARTBEAT", 4)
+
+
+def test_lost_frames_are_counted_per_sender():
+    codec = Codec(1)
+    one, two = Codec(7).frames([heartbeat()] * 10), Codec(8).frames([heartbeat()] * 10)
+    for a, b in zip(one[:3] + one[5:], two, strict=False):
+        codec.decode(a + b)
+    assert codec.lost == 2
+
+
+def test_a_sequence_that_wraps_loses_nothing():
+    codec = Codec(1)
+    codec.decode(Codec(7).encode([heartbeat()] * 600))
+    assert codec.lost == 0
+    frames = Codec(7).frames([heartbeat()] * 260)
+    codec = Codec(1)
+    codec.decode(frames[254] + frames[257])  # 254, then 1
+    assert codec.lost == 2
+
+
+def test_a_flood_of_invented_senders_does_not_grow_the_codec():
+    codec = Codec(1)
+    for system in range(256):
+        for component in range(0, 256, 50):
+            codec.decode(Codec(system, component).encode([heartbeat()]))
+    assert len(codec._sequences) <= 256

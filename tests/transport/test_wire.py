@@ -1,0 +1,108 @@
+"""What goes onto the bus comes off it unchanged, and nothing else does."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavherd.transport.wire import (
+    NAME_BYTES,
+    SCHEMA,
+    Phase,
+    Target,
+    VehicleState,
+    WireError,
+    pack_state,
+    pack_target,
+    pack_team,
+    unpack_state,
+    unpack_target,
+    unpack_team,
+)
+
+NAMES = st.text("abcXYZ019-_", min_size=1, max_size=NAME_BYTES)
+REAL = st.floats(allow_nan=False, allow_infinity=False)
+THREE = st.tuples(REAL, REAL, REAL)
+STATES = st.builds(
+    VehicleState,
+    NAMES,
+    st.integers(1, 255),
+    st.integers(0, 2**32 - 1),
+    REAL,
+    THREE,
+    THREE,
+    st.tuples(REAL, REAL, REAL, REAL),
+    st.integers(0, 2**32 - 1),
+    st.booleans(),
+    st.sampled_from(Phase),
+)
+STATE = VehicleState(
+    "quad1", 3, 7, 1.25, (1, 2, 3), (4, 5, 6), (1, 0, 0, 0), 4, True, Phase.ACTIVE
+)
+TARGET = Target("quad1", 1.25, (1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12))
+
+
+@given(STATES)
+def test_a_state_survives_the_trip(state):
+    assert unpack_state(pack_state(state)) == state
+
+
+@given(st.builds(Target, NAMES, REAL, THREE, THREE, THREE, THREE))
+def test_a_target_survives_the_trip(target):
+    assert unpack_target(pack_target(target)) == target
+
+
+@given(st.lists(STATES, max_size=5), st.integers(0, 2**32 - 1))
+def test_a_team_survives_the_trip(states, tick):
+    assert unpack_team(pack_team(tick, [pack_state(s) for s in states])) == (tick, states)
+
+
+def test_every_state_has_the_same_size():
+    longest = STATE._replace(name="n" * NAME_BYTES, sequence=2**32 - 1)
+    assert len(pack_state(longest)) == len(pack_state(STATE))
+
+
+@pytest.mark.parametrize("unpack", [unpack_state, unpack_target, unpack_team])
+@given(data=st.binary(max_size=300))
+def test_random_bytes_are_a_wire_error_or_a_value(unpack, data):
+    try:
+        unpack(data)
+    except WireError as error:
+        assert str(error)
+
+
+@pytest.mark.parametrize(
+    ("unpack", "good"),
+    [
+        (unpack_state, pack_state(STATE)),
+        (unpack_target, pack_target(TARGET)),
+        (unpack_team, pack_team(1, [pack_state(STATE)] * 2)),
+    ],
+    ids=["state", "target", "team"],
+)
+def test_wrong_sizes_and_schemas_are_refused(unpack, good):
+    unpack(good)
+    for wrong in (b"", good[:-1], good + b"\0"):
+        with pytest.raises(WireError, match="bytes"):
+            unpack(wrong)
+    with pytest.raises(WireError, match=f"schema {SCHEMA + 1}"):
+        unpack(struct.pack("<H", SCHEMA + 1) + good[2:])
+
+
+def test_a_phase_or_a_name_that_cannot_be_is_refused():
+    good = pack_state(STATE)
+    at = good.index(b"quad1")
+    with pytest.raises(WireError, match="99"):
+        unpack_state(good[: at + NAME_BYTES] + b"\x63" + good[at + NAME_BYTES + 1 :])
+    with pytest.raises(WireError, match="state"):
+        unpack_state(good[:at] + b"\xff" + good[at + 1 :])
+    target = pack_target(TARGET)
+    with pytest.raises(WireError, match="target"):
+        unpack_target(target.replace(b"quad1", b"\xffuad1"))
+
+
+def test_one_bad_state_spoils_the_team():
+    bad = b"\x09" + pack_state(STATE)[1:]
+    with pytest.raises(WireError):
+        unpack_team(pack_team(1, [pack_state(STATE), bad]))
