@@ -45,7 +45,8 @@ def plan(
     left, gap, right, bottom, top = 0.75, 0.55, 0.25, 1.0, 0.75  # inches
     size = (left + width * len(kinds) + gap * (len(kinds) - 1) + right, bottom + height + top)
     figure = new_figure(size)
-    _key(figure, bool(verdict.collisions))
+    paths = any(path_duration(spec.path) is not None for spec in starts)
+    _key(figure, paths=paths, collisions=bool(verdict.collisions))
     specs = {spec.name: spec for spec in starts}
     colours = robot_colours({track.name: track.kind for track in tracks})
     for k, kind in enumerate(kinds):
@@ -225,18 +226,19 @@ def _draw_collisions(axes: "Axes", kind: str, verdict: Verdict) -> None:
         axes.plot(places[:, 0], places[:, 1], zorder=8, **collision_mark(len(mine)))
 
 
-def _key(figure: "Figure", collisions: bool) -> None:
+def _key(figure: "Figure", *, paths: bool, collisions: bool) -> None:
     """Say once what the symbols are."""
     from matplotlib.lines import Line2D
 
     entries = [
         Line2D([], [], marker="s", ls="", mfc="white", mec=SOFT, mew=1.4, ms=6, label="start"),
         Line2D([], [], marker="x", ls="", color=SOFT, ms=8, mew=1.8, label="target"),
-        Line2D([], [], ls="--", color=PATH, label="path asked for"),
         Line2D(
             [], [], marker="o", color=SOFT, mfc="white", ms=4, label=f"every {TICK_S} s after ready"
         ),
     ]
+    if paths:
+        entries.append(Line2D([], [], ls="--", color=PATH, label="path asked for"))
     if collisions:
         entries.append(Line2D([], [], label="collision", **collision_mark(1)))
     figure.legend(handles=entries, loc="lower center", ncols=5, frameon=False, fontsize=9)

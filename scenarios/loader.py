@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from ..transport.frames import Origin
+from ..vehicles.streams import SLICE_US
 from .checks import check_robots
 from .dump import scenario_to_yaml
 from .errors import ScenarioError, did_you_mean, show
@@ -20,7 +21,7 @@ from .starts import TOO_CLOSE, TOO_CLOSE_HINT, draw_starts, starts_within
 __all__ = ["draw_starts", "load_scenario", "scenario_to_yaml", "shipped"]
 
 MAX_SEED = 2**63 - 1
-PHYSICS_RATE = 500.0  # Hz; a coordination period is a whole number of these steps
+SLICE_RATE = 1e6 / SLICE_US  # Hz; a coordination period is a whole number of these
 SUFFIXES = (".yaml", ".yml")
 
 _KEYS = (
@@ -140,12 +141,20 @@ def _team(fields: Fields) -> Team:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]{0,31}", law, re.ASCII):
         raise fields.error("law", f"{show(law)} is no name of a law", "as in `law: safe`")
     constants = fields.mapping("law_params", None)
+    rate = _rate(fields, default.rate_hz)
+    timeout = fields.positive("setpoint_timeout_s", default.setpoint_timeout_s)
+    if timeout * rate <= 1:
+        raise fields.error(
+            "setpoint_timeout_s",
+            f"{timeout:g} s is over before the next setpoint comes, at {rate:g} Hz",
+            f"{2 / rate:g} or more",
+        )
     return Team(
         law=law,
-        rate_hz=_rate(fields, default.rate_hz),
+        rate_hz=rate,
         start_sigma_m=fields.number("start_sigma_m", default.start_sigma_m, low=0.0, high=100.0),
         takeoff_up=fields.number("takeoff_up", default.takeoff_up, low=MIN_UP),
-        setpoint_timeout_s=fields.positive("setpoint_timeout_s", default.setpoint_timeout_s),
+        setpoint_timeout_s=timeout,
         state_timeout_s=fields.positive("state_timeout_s", default.state_timeout_s),
         coordinators=fields.choice("coordinators", ("central", "per-robot"), default.coordinators),
         law_params={key: constants.number(key, low=-1e9, high=1e9) for key in constants},
@@ -153,14 +162,14 @@ def _team(fields: Fields) -> Team:
 
 
 def _rate(fields: Fields, default: float) -> float:
-    """Return the coordination rate, whose period is a whole number of physics steps."""
+    """Return the coordination rate, whose period is a whole number of a vehicle's slices."""
     rate = fields.number("rate_hz", default, low=1.0, high=100.0)
-    steps = PHYSICS_RATE / rate
-    nearest = PHYSICS_RATE / round(steps)
+    steps = SLICE_RATE / rate
+    nearest = SLICE_RATE / round(steps)
     if abs(steps - round(steps)) > 1e-3:
         raise fields.error(
             "rate_hz",
-            f"{rate:g} Hz has a period of {1000 / rate:g} ms, not a multiple of 2 ms",
+            f"{rate:g} Hz has a period of {1000 / rate:g} ms, not a multiple of 10 ms",
             f"the nearest that fits is {nearest:.6g}",
         )
     return nearest

@@ -137,7 +137,9 @@ class Bus:
 
     def declare_token(self, key: str) -> Any:
         """Declare presence on `key` until `undeclare()` is called or the session ends."""
-        return self._session.liveliness().declare_token(self.prefix + key)
+        token = self._session.liveliness().declare_token(self.prefix + key)
+        self._declarations.append(token)
+        return token
 
     def watch_tokens(self, expression: str) -> Mailbox:
         """Follow presence: the mailbox holds b"1" for a living key and b"" for a lost one."""

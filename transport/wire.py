@@ -58,7 +58,7 @@ class Target(NamedTuple):
     feed_forward: tuple[float, float, float]  # velocity added by the coordination law, m/s
 
 
-_STATE = struct.Struct(f"<HBBIdI{NAME_BYTES}sB7x10d")
+_STATE = struct.Struct(f"<HBBIdI{NAME_BYTES}sB11x10d")
 _TARGET = struct.Struct(f"<H6x{NAME_BYTES}s13d")
 _TEAM = struct.Struct("<HHI")
 

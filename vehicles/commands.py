@@ -32,7 +32,7 @@ class Commands:
             mav.MAV_CMD_DO_SET_MODE: self._set_mode,
             mav.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mav.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
-            mav.MAV_CMD_REQUEST_MESSAGE: lambda p, s: self._send_once(int(p[0])),
+            mav.MAV_CMD_REQUEST_MESSAGE: lambda p, s: self._send_once(p[0]),
             mav.MAV_CMD_GET_HOME_POSITION: lambda p, s: self._send_once(
                 mav.MAVLINK_MSG_ID_HOME_POSITION
             ),
@@ -117,6 +117,6 @@ class Commands:
         interval = streams.interval_us(message_id)
         return ACCEPTED, [mav.MAVLink_message_interval_message(message_id, interval)]
 
-    def _send_once(self, message_id: int) -> Answer:
-        message = self._telemetry.make(message_id)
+    def _send_once(self, message_id: float) -> Answer:
+        message = self._telemetry.make(int(message_id)) if isfinite(message_id) else None
         return (ACCEPTED, [message]) if message else (FAILED, [])

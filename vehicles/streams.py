@@ -5,6 +5,8 @@ from ..transport.mavlink import mav
 SLICE_US = 10_000
 """Telemetry is looked at every 10 ms: no stream is faster than 100 Hz."""
 
+_LONGEST_US = 2**31 - 1  # what MESSAGE_INTERVAL can say
+
 DEFAULT_RATES_HZ: dict[int, float] = {
     mav.MAVLINK_MSG_ID_HEARTBEAT: 1,
     mav.MAVLINK_MSG_ID_SYS_STATUS: 1,
@@ -54,7 +56,7 @@ class Streams:
         if interval_us == 0:
             rate = DEFAULT_RATES_HZ[message_id]
             interval_us = 1e6 / rate if rate else -1
-        interval = int(interval_us) if interval_us < 0 else max(SLICE_US, int(interval_us))
+        interval = -1 if interval_us < 0 else int(min(max(SLICE_US, interval_us), _LONGEST_US))
         self._interval_us[message_id] = interval
         if interval < 0:
             self._due_us.pop(message_id, None)

@@ -121,6 +121,10 @@ def publish(bus):
     """Say what a coordinator and the launcher say during the run."""
     team, events = bus.publisher("team"), bus.publisher("events")
     targets = {spec.name: bus.publisher(f"vehicle/{spec.name}/target") for spec in SPECS}
+    deadline = time.monotonic() + 10
+    while not all(p.wanted for p in (team, events, *targets.values())):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
     still = (0.0, 0.0, 0.0)
     for tick in range(int(SECONDS * 20)):
         t = tick / 20
@@ -138,7 +142,7 @@ def publish(bus):
 
 
 def test_a_run_is_recorded_whole_and_reads_back(tmp_path, endpoint, recorder, logs):
-    with Bus.router(endpoint, RUN) as bus:
+    with Bus.router(endpoint, RUN, reliable=True) as bus:
         process = recorder()
         wait_ready(process)
         publish(bus)

@@ -69,7 +69,7 @@ def test_a_team_taller_than_the_terminal_folds_to_its_worst_and_a_count(clock):
     for name in ("r29", "r30", "r45"):
         assert f"{name} " in text
     assert "and 40 more; of all 50: 49 active, 1 failed" in text
-    shown = {s.name for s in states if f"{s.name}  " in text}
+    shown = {s.name for s in states if f"\n{s.name} " in text}
     assert len(shown) == 10  # of 15 lines; the others are the clock, the heads and the count
 
 

@@ -80,7 +80,7 @@ def test_a_bad_override_is_named_instead_of_the_file(refused):
         ("robots.0.goto.up=2", "robots[0].goto.up: a rover has no height"),
         ("robots.0.dwell_s=-1", "dwell_s: must be 0..86400"),
         ("team.rate_hz=0.5", "rate_hz: must be 1..100"),
-        ("team.rate_hz=30", "not a multiple of 2 ms (the nearest that fits is 29.4118)"),
+        ("team.rate_hz=30", "not a multiple of 10 ms (the nearest that fits is 33.3333)"),
         ("disturbance.amplitude=-1", "disturbance.amplitude: must be 0..1000"),
         ("disturbance=heldd", "disturbance: unknown disturbance 'heldd' (did you mean 'held'?)"),
         (
