@@ -72,7 +72,7 @@ class VehicleProcess:
             for _ in range(expected):
                 try:
                     data = coordinator.recv(_DATAGRAM)
-                except BlockingIOError:
+                except OSError:  # nothing in time, or nobody there any more
                     raise VehicleError(
                         f"a datagram of the coordinator was lost before {until_us / 1e6:.2f} s"
                     ) from None
@@ -82,11 +82,13 @@ class VehicleProcess:
             if self._truth and until_us % _FLUSH_US == 0:
                 self._truth.flush()
             datagram = b"".join(out)
-            if datagram:
-                coordinator.send(datagram)
-            control.sendall(
-                DONE.pack(vehicle.now_us, bool(datagram), self.outside_clients, self.late)
-            )
+            done = DONE.pack(vehicle.now_us, bool(datagram), self.outside_clients, self.late)
+            try:
+                if datagram:
+                    coordinator.send(datagram)
+                control.sendall(done)
+            except ConnectionError:  # they have ended: for us the same as end-of-file
+                return
 
     def run_free(self, speed: float = 1.0, clock: Callable[[], float] = time.monotonic) -> None:
         """Advance with the wall clock, `speed` times as fast, until told to stop."""
@@ -158,10 +160,10 @@ class VehicleProcess:
         for endpoint in self._endpoints:
             for link, data in endpoint.receive():
                 conversation = self._conversation(link)
-                if not conversation.streams.spoken:
-                    self.outside_clients += 1
+                was_silent = not conversation.streams.spoken
                 if reply := self.vehicle.handle(data, conversation, stream=link.stream):
                     link.send(reply)
+                self.outside_clients += was_silent and conversation.streams.spoken
 
     def _outside(self) -> list[tuple[Link, Conversation]]:
         open_links = [link for endpoint in self._endpoints for link in endpoint.links()]

@@ -15,6 +15,7 @@ from mavherd.transport.links import (
     Watcher,
     listen_tcp,
     parse_address,
+    patience,
     socket_pair_udp,
 )
 
@@ -341,3 +342,15 @@ def test_closing_twice_is_harmless():
         endpoint.close()
         with suppress(OSError):
             endpoint.close()
+
+
+def test_patience_ends_with_blocking_io_error():
+    a, b = socket_pair_udp()
+    with a, b:
+        patience(a, 0.15)
+        began = time.monotonic()
+        with pytest.raises(BlockingIOError):
+            a.recv(100)
+        assert 0.1 < time.monotonic() - began < 2
+        b.send(b"in time")
+        assert a.recv(100) == b"in time"
