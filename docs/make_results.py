@@ -26,10 +26,27 @@ MISSIONS = ("tracking", "crossing-targets", "circle-traffic")
 LAWS = ("safe", "paper", "off")
 DISTURBANCES = ("off", "held")
 FIELDS = (
-    "mission law disturbance seed exit_code collisions colliding_pairs all_arrived "
-    "rovers_arrived_s quads_arrived_s nearest_rovers_m nearest_quads_m nearest_mixed_m "
-    "rmse_rover1_m rmse_rover2_m rmse_quad1_m rmse_quad2_m rmse_quad3_m duration_s digest"
-).split()
+    "mission",
+    "law",
+    "disturbance",
+    "seed",
+    "exit_code",
+    "collisions",
+    "colliding_pairs",
+    "all_arrived",
+    "rovers_arrived_s",
+    "quads_arrived_s",
+    "nearest_rovers_m",
+    "nearest_quads_m",
+    "nearest_mixed_m",
+    "rmse_rover1_m",
+    "rmse_rover2_m",
+    "rmse_quad1_m",
+    "rmse_quad2_m",
+    "rmse_quad3_m",
+    "duration_s",
+    "digest",
+)
 
 Row = dict[str, Any]
 
@@ -49,9 +66,7 @@ class Silent:
 
 def fly(mission: str, law: str, disturbance: str, seed: int, out: Path) -> Row:
     """Run once and return what the table is made of."""
-    scenario = load_scenario(
-        mission, [f"team.law={law}", f"disturbance={disturbance}"], seed=seed
-    )
+    scenario = load_scenario(mission, [f"team.law={law}", f"disturbance={disturbance}"], seed=seed)
     options = RunOptions(
         out=out, record=False, figures=False, ports=PortPlan(gcs_udp=0, api_udp=0, tcp=0)
     )
@@ -60,7 +75,9 @@ def fly(mission: str, law: str, disturbance: str, seed: int, out: Path) -> Row:
     classes = {c["class"]: c for c in report["classes"]}
 
     def arrival(kind: str) -> float | None:
-        times = [r["arrival_s"] for r in robots.values() if r["kind"] == kind and r["goal"] == "goto"]
+        times = [
+            r["arrival_s"] for r in robots.values() if r["kind"] == kind and r["goal"] == "goto"
+        ]
         return max(times) if times and None not in times else None
 
     def nearest(name: str) -> float | None:
@@ -100,13 +117,13 @@ def wilson(hits: int, n: int) -> tuple[float, float]:
 def mean(rows: Sequence[Row], key: str, digits: int = 2) -> str:
     """Return the mean of what is known in a column, or a dash."""
     values = [float(r[key]) for r in rows if r[key] not in (None, "")]
-    return f"{statistics.mean(values):.{digits}f}" if values else "–"
+    return f"{statistics.mean(values):.{digits}f}" if values else "-"
 
 
 def least(rows: Sequence[Row], key: str) -> str:
     """Return the smallest value in a column, or a dash."""
     values = [float(r[key]) for r in rows if r[key] not in (None, "")]
-    return f"{min(values):.2f}" if values else "–"
+    return f"{min(values):.2f}" if values else "-"
 
 
 def table(header: str, lines: Iterable[str]) -> str:
@@ -126,10 +143,10 @@ def collisions_table(rows: Sequence[Row]) -> str:
         low, high = wilson(hit, len(part))
         events = sum(int(r["collisions"]) for r in part)
         arrived = sum(int(r["all_arrived"]) for r in part)
-        force = "–" if disturbance == "off" else "±0.4 N"
+        force = "-" if disturbance == "off" else "±0.4 N"
         lines.append(
             f"| {mission} | `{law}` | {force} | **{hit} / {len(part)}** "
-            f"| {low:.0%} – {high:.0%} | {events} | {arrived} / {len(part)} "
+            f"| {low:.0%} to {high:.0%} | {events} | {arrived} / {len(part)} "
             f"| {least(part, 'nearest_rovers_m')} | {least(part, 'nearest_quads_m')} |"
         )
     return table(
@@ -166,16 +183,15 @@ def targets_table(rows: Sequence[Row]) -> str:
             f"| {least([*calm, *windy], key)} |"
         )
     return table(
-        "| mission | quantity | prototype | mean, no force | mean, ±0.4 N | smallest of all |", lines
+        "| mission | quantity | prototype | mean, no force | mean, ±0.4 N | smallest of all |",
+        lines,
     )
 
 
 def select(rows: Sequence[Row], mission: str, law: str, disturbance: str) -> list[Row]:
     """Return the rows of one cell of the experiment."""
     return [
-        r
-        for r in rows
-        if (r["mission"], r["law"], r["disturbance"]) == (mission, law, disturbance)
+        r for r in rows if (r["mission"], r["law"], r["disturbance"]) == (mission, law, disturbance)
     ]
 
 

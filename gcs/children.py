@@ -8,16 +8,19 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from ..transport.channel import Channel, ChannelClosed
 from ..transport.errors import VehicleError
+from .conductor import Interrupted
 
 READY_S = 20.0  # for a process to come up on a slow machine
 _END_S = 2.0  # for a process to end by itself before it is killed
+_HURRY_S = 1.0  # the same, after an interrupt
+_SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
 
 
 class Child:
@@ -67,22 +70,31 @@ class Nursery:
             fd = theirs.fileno()
             self._child = Child("mavherd.vehicles.nursery", [str(fd)], log=log, fds=[fd])
 
-    def spawn(self, request: dict[str, Any], sockets: Sequence[socket.socket]) -> int:
-        """Start one vehicle with these sockets and return its pid."""
+    def spawn(
+        self,
+        request: dict[str, Any],
+        sockets: Sequence[socket.socket],
+        interrupted: Callable[[], bool],
+    ) -> int:
+        """Start one vehicle with these sockets and return its pid; `interrupted` is asked often."""
         data = json.dumps(request).encode()
+        deadline = time.monotonic() + READY_S
         try:
             socket.send_fds(self._channel.socket, [data], [s.fileno() for s in sockets])
-            while (pid := self._next(READY_S)) is None:
-                pass
+            while (pid := self._next(_SLICE_S)) is None:
+                if interrupted():
+                    raise Interrupted
+                if time.monotonic() > deadline:
+                    raise VehicleError(f"a vehicle did not start within {READY_S:.0f} s")
         except (OSError, ChannelClosed):
             raise VehicleError("the process that starts the vehicles has died") from None
         return pid
 
     def _next(self, timeout: float) -> int | None:
-        """Take in one message; return the pid when it tells of a start."""
+        """Take in what comes within `timeout` seconds; return the pid when it tells of a start."""
         message = self._channel.receive(timeout)
         if message is None:
-            raise VehicleError(f"a vehicle did not start within {timeout:.0f} s")
+            return None
         if "pid" in message:
             return int(message["pid"])
         self._exits[message["exited"]] = message["code"]
@@ -91,7 +103,7 @@ class Nursery:
     def exit_code(self, pid: int, timeout: float = 1.0) -> int | None:
         """Return how the vehicle `pid` ended, None when that is not known in time."""
         deadline = time.monotonic() + timeout
-        with suppress(ChannelClosed, VehicleError):
+        with suppress(ChannelClosed):
             while pid not in self._exits and (left := deadline - time.monotonic()) > 0:
                 self._next(left)
         return self._exits.get(pid)
@@ -127,12 +139,16 @@ class Recorder:
         ready, _, _ = select.select([stdout], [], [], timeout)
         return bool(ready and stdout.readline().strip() == b"ready")
 
-    def close(self, timeout: float) -> bool:
-        """Have it finish the recording; return whether it did."""
+    def close(self, timeout: float, interrupted: Callable[[], bool]) -> bool:
+        """Have it finish the recording; return whether it did. An interrupt leaves it a second."""
         if self._child.process.stdin:
             with suppress(OSError):
                 self._child.process.stdin.close()
-        code = self._child.end(timeout)
+        deadline = time.monotonic() + timeout
+        while self._child.wait(_SLICE_S) is None and time.monotonic() < deadline:
+            if interrupted():
+                break
+        code = self._child.end(_HURRY_S if interrupted() else 0.0)
         if self._child.process.stdout:
             self._child.process.stdout.close()
         return code == 0

@@ -3,8 +3,11 @@
 import argparse
 import json
 import math
+import os
 import sys
+from contextlib import suppress
 from pathlib import Path
+from typing import NoReturn
 
 from .. import __version__
 from ..transport.errors import LinkError, MavherdError
@@ -41,20 +44,35 @@ Connect with  mavproxy.py --master tcp:127.0.0.1:5760  or  QGroundControl (UDP 1
 """
 
 
+_FARTHEST = 1e5  # m that a vehicle may start from its origin
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run one subcommand; return the process exit code."""
-    args = _parser().parse_args(argv)
     try:
-        return int(args.run(args))
+        args = _parser().parse_args(argv)
+        code = int(args.run(args))
+        if sys.stdout:
+            sys.stdout.flush()
+        return code
     except MavherdError as error:
         print(f"mavherd: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("mavherd: interrupted", file=sys.stderr)
         return 130
-    except BrokenPipeError:  # as with `mavherd scenarios | head -1`
-        sys.stderr.close()
-        return 0
+    except OSError as error:  # a full disk, or a closed pipe: `mavherd scenarios | head -1`
+        _give_up_stdout()
+        if isinstance(error, BrokenPipeError):
+            return 0
+        print(f"mavherd: {error}", file=sys.stderr)
+        return 2
+
+
+def _give_up_stdout() -> None:
+    """Have the interpreter's last flush go nowhere instead of failing again."""
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -75,6 +93,8 @@ def _run(args: argparse.Namespace) -> int:
     with RunView(scenario) as view:
         outcome = Run(scenario, options, view).execute()
     print_outcome(outcome)
+    if error := outcome.report["error"]:
+        print(f"mavherd: {error}", file=sys.stderr)
     if args.json:
         print((outcome.folder / "report.json").read_text(encoding="utf-8"), end="")
     return outcome.exit_code
@@ -112,10 +132,12 @@ def _digest(args: argparse.Namespace) -> int:
         robots = json.loads((args.folder / "robots.json").read_text(encoding="utf-8"))
         names = [r["name"] for r in sorted(robots, key=lambda r: r["system_id"])]
         print(digest(args.folder / "vehicles" / name / f"{name}.tlog" for name in names))
-    except FileNotFoundError as error:
+    except OSError as error:
         raise MavherdError(
-            f"{error.filename}: not there (is {args.folder} a run folder?)"
+            f"{error.filename}: {error.strerror} (is {args.folder} a finished run's folder?)"
         ) from None
+    except (ValueError, KeyError, TypeError):
+        raise MavherdError(f"{args.folder}: robots.json is not one of mavherd's") from None
     return 0
 
 
@@ -132,6 +154,8 @@ def _vehicle(args: argparse.Namespace) -> int:
         raise MavherdError(f"--instance {instance}: instances are 0..{MAX_SYSTEM_ID}")
     lat_deg, lon_deg, alt_m, heading_deg = _numbers(args.home, 4, "--home LAT,LON,ALT,HEADING_DEG")
     east, north, up = _numbers(args.position, 3, "--position E,N,U")
+    if max(map(abs, (east, north, up))) > _FARTHEST:
+        raise MavherdError(f"--position {args.position}: at most {_FARTHEST:g} m from the origin")
     plan = PortPlan(tcp=args.tcp)
     try:
         config = VehicleConfig(
@@ -192,8 +216,16 @@ def _parameter(text: str) -> tuple[str, float]:
         raise MavherdError(f"--param {text}: {name} {problem}; write --param NAME=VALUE") from None
 
 
+class _Parser(argparse.ArgumentParser):
+    """Complains in one line, like everything else here."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with 2."""
+        self.exit(2, f"mavherd: {message} (see {self.prog} --help)\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="mavherd",
         description="A mixed air-ground MAVLink fleet on one laptop.",
         epilog=_EPILOG,
@@ -307,7 +339,6 @@ def _add_scenario_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _port(text: str) -> int:
-    port = int(text)
-    if not 0 <= port <= 65535:
-        raise ValueError(text)
-    return port
+    if not (text.isdecimal() and len(text) <= 5 and int(text) <= 65535):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0..65535")
+    return int(text)

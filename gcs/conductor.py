@@ -4,7 +4,7 @@ import select
 import socket
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from ..transport.channel import Channel, ChannelClosed
@@ -29,6 +29,7 @@ class VehicleHandle:
     control: socket.socket
     incoming: int = 0  # datagrams that wait for the vehicle
     outside_clients: int = 0
+    ticks: int = 0  # free-running: slices of its own
     late: int = 0
 
 
@@ -55,7 +56,6 @@ class Clock:
     now: float = 0.0  # s of fleet time
     ticks: int = 0
     late: int = 0
-    outside_clients: dict[str, int] = field(default_factory=dict)
 
     @property
     def finished(self) -> bool:
@@ -97,7 +97,7 @@ class Lockstep(Clock):
             except OSError:
                 raise Died(vehicle.name, vehicle.pid, self.now) from None
         sent = {}
-        for vehicle in self.vehicles:
+        for vehicle in reversed(self.vehicles):  # the last to begin ends last: wake up once
             _, sent[vehicle.name], outside, _ = DONE.unpack(self._done(vehicle))
             vehicle.outside_clients = outside
         for coordinator in self.coordinators:
@@ -143,6 +143,9 @@ class Lockstep(Clock):
                 raise Died(coordinator.name, None, self.now) from None
             if answer is not None:
                 return answer
+            for other in self.coordinators:  # this one may be waiting for a state of theirs
+                if other.channel.ended:
+                    raise Died(other.name, None, self.now)
             self._check(deadline, coordinator.name, None)
 
     def _check(self, deadline: float, name: str, pid: int | None) -> None:

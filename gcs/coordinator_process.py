@@ -35,6 +35,7 @@ from .coordinator import Coordinator
 
 _DATAGRAM = 65535
 _REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
+TARGET_HZ = 10  # on the bus, for those who watch; the vehicles get every one
 _PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
 
 
@@ -70,6 +71,7 @@ class CoordinatorProcess:
         self.alone = len(own) == len(scenario.robots)
         self.late = 0
         self._period = 1.0 / scenario.team.rate_hz
+        self._target_every = max(1, round(scenario.team.rate_hz / TARGET_HZ))
         self._bus = bus
         self._states = {n: bus.publisher(f"vehicle/{n}/state") for n in own}
         self._targets = {n: bus.publisher(f"vehicle/{n}/target") for n in own}
@@ -170,9 +172,9 @@ class CoordinatorProcess:
                 with suppress(ConnectionError):  # a dead vehicle is the launcher's business
                     self.sockets[name].send(data)
                     sent[name] = 1
-        for name, publisher in self._targets.items():
+        for turn, (name, publisher) in enumerate(self._targets.items(), self.core.sequence):
             target = self.core.members[name].target
-            if target and publisher.wanted:
+            if target and turn % self._target_every == 0 and publisher.wanted:
                 publisher.put(pack_target(target))
         return sent
 

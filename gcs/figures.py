@@ -85,13 +85,13 @@ def _separation_panel(
     axes.fill_between(time[[0, -1]], 0, contact, color="#000000", alpha=0.07, lw=0)
     axes.axhline(contact, ls="--", lw=1.1, color=INK)
     axes.annotate(
-        f"contact {contact:.2f} m",
+        f"contact {contact:.3g} m",
         (1, contact),
         xycoords=("axes fraction", "data"),
-        xytext=(-4, -3),
+        xytext=(-4, 2),
         textcoords="offset points",
         ha="right",
-        va="top",
+        va="bottom",
         fontsize=8,
         color=INK,
     )

@@ -26,7 +26,7 @@ from ..transport.links import patience, socket_pair_udp
 from ..transport.tlog import digest
 from ..transport.wire import Phase, VehicleState, unpack_team
 from ..vehicles.config import VehicleConfig
-from ..vehicles.process import DONE
+from ..vehicles.process import DONE, LIVENESS_S
 from .children import READY_S, Child, Nursery, Recorder, how_it_ended
 from .conductor import (
     Clock,
@@ -43,7 +43,7 @@ from .judge import judge
 from .ports import LOOPBACK, PortPlan, free_tcp_port
 from .recorder import write_robots
 from .report import RunFacts, build_report, write_report
-from .truth import read_truth
+from .truth import TruthError, read_truth
 
 PASSED, FAILED, TIMED_OUT, INTERRUPTED = 0, 1, 4, 130
 _VIEW_PERIOD_S = 0.1
@@ -139,8 +139,9 @@ class Run:
             clock: Clock | None = None
             result = _Result()
             try:
-                coordinator_sockets = self._start_vehicles(nursery)
-                started = time.monotonic()
+                # Free-running, all begin at one moment that nobody has reached yet.
+                started = time.monotonic() + 0.1 + 0.005 * len(self.starts)
+                coordinator_sockets = self._start_vehicles(nursery, started)
                 self._start_coordinators(coordinator_sockets, started)
                 self._wait_ready(recorder)
                 kind = Lockstep if self.options.lockstep else FreeRun
@@ -152,15 +153,24 @@ class Run:
                 result = _Result("interrupted", INTERRUPTED)
             except Died as died:
                 result = _Result(self._obituary(died, nursery), VehicleError.exit_code)
-            except VehicleError as error:
-                result = _Result(str(error), error.exit_code)
+            except (VehicleError, OSError) as error:  # OSError: the disk is full, say
+                result = _Result(str(error), VehicleError.exit_code)
             finally:
-                self._stop(nursery)
-                if recorder and not recorder.close(
-                    _RECORDER_END_S if result.exit_code != INTERRUPTED else _END_S
-                ):
+                self._stop(nursery, hurry=result.error is not None)
+                if recorder and not recorder.close(_RECORDER_END_S, self._interrupted):
                     self._partial = True
-            return self._report(clock, result)
+            if self._interrupted() and result.error is None:
+                result = _Result("interrupted", INTERRUPTED)
+            try:
+                outcome = self._report(clock, result)
+            except OSError as error:
+                first = f"{result.error}; " if result.error else ""
+                raise VehicleError(
+                    f"{first}{self.folder}: cannot write the report: {error.strerror or error}"
+                ) from None
+            if self._interrupted() and result.error is None:
+                raise KeyboardInterrupt  # while the report was written: it is complete
+            return outcome
 
     # Start
 
@@ -168,13 +178,13 @@ class Run:
         try:
             for spec in self.starts:
                 (self.folder / "vehicles" / spec.name).mkdir(parents=True)
+            text = scenario_to_yaml(self.scenario)
+            (self.folder / "scenario.yaml").write_text(text, encoding="utf-8")
+            write_robots(self.folder, self.starts, self.scenario.team)
         except OSError as error:
             raise LinkError(
                 f"{self.folder}: cannot write the run folder: {error.strerror}"
             ) from None
-        text = scenario_to_yaml(self.scenario)
-        (self.folder / "scenario.yaml").write_text(text, encoding="utf-8")
-        write_robots(self.folder, self.starts, self.scenario.team)
 
     def _open_bus(self) -> Bus:
         for attempt in range(5):
@@ -191,7 +201,7 @@ class Run:
             return None
         return Recorder(self.folder, self.endpoint, self.run_id)
 
-    def _start_vehicles(self, nursery: Nursery) -> dict[str, socket.socket]:
+    def _start_vehicles(self, nursery: Nursery, started: float) -> dict[str, socket.socket]:
         """Start every vehicle; return the coordinator's end of each one's socket."""
         ends = {}
         for spec in self.starts:
@@ -211,10 +221,10 @@ class Run:
                 "folder": str((self.folder / "vehicles" / spec.name).absolute()),
                 "udpout": udp,
                 "lockstep": self.options.lockstep,
-                "speed": self.options.speed or 1.0,
+                "started": started,
             }
             passed = [theirs, its_control, *([tcp] if tcp else [])]
-            pid = nursery.spawn(request, passed)
+            pid = nursery.spawn(request, passed, self._interrupted)
             for sock in passed:
                 sock.close()
             self._vehicles.append(VehicleHandle(spec.name, pid, control))
@@ -261,16 +271,16 @@ class Run:
             theirs.close()
             name = "the coordinator" if together else f"the coordinator of {own[0]}"
             handle = CoordinatorHandle(name, Channel(ours), [by_name[n] for n in own])
-            handle.channel.send(
-                {
-                    "folder": str(self.folder.absolute()),
-                    "run_id": self.run_id,
-                    "endpoint": self.endpoint,
-                    "own": {n: ends[n].fileno() for n in own},
-                    "lockstep": self.options.lockstep,
-                    "started": started,
-                }
-            )
+            job = {
+                "folder": str(self.folder.absolute()),
+                "run_id": self.run_id,
+                "endpoint": self.endpoint,
+                "own": {n: ends[n].fileno() for n in own},
+                "lockstep": self.options.lockstep,
+                "started": started,
+            }
+            with suppress(ChannelClosed):  # it is dead already: noticed when it is not ready
+                handle.channel.send(job)
             self._coordinators.append(handle)
         for sock in ends.values():
             sock.close()
@@ -337,27 +347,34 @@ class Run:
 
     # End
 
-    def _stop(self, nursery: Nursery) -> None:
-        """End every process, coordinators first; nothing is left afterwards."""
+    def _stop(self, nursery: Nursery, *, hurry: bool) -> None:
+        """End every process, coordinators first; nothing is left afterwards.
+
+        Only a frozen process makes us wait, in a `hurry` not for long.
+        """
+        deadline = time.monotonic() + (_END_S if hurry else LIVENESS_S)
         for coordinator in self._coordinators:
             _half_close(coordinator.channel.socket)
         for coordinator in self._coordinators:
             try:
-                while (last := coordinator.channel.receive(_END_S)) is not None:
+                while (last := coordinator.channel.receive(_left(deadline))) is not None:
                     coordinator.late = last.get("late", coordinator.late)
                     coordinator.ticks = last.get("ticks", coordinator.ticks)
             except ChannelClosed:
                 pass
             coordinator.channel.close()
         for child in self._children:
-            child.end(_END_S)
+            child.end(_left(deadline))
         for vehicle in self._vehicles:
             _half_close(vehicle.control)
+        deadline = time.monotonic() + (_END_S / 4 if hurry else LIVENESS_S)
         for vehicle in self._vehicles:
-            patience(vehicle.control, 0.5)
+            patience(vehicle.control, _left(deadline))
             try:
                 while len(data := vehicle.control.recv(4096)) >= DONE.size:
-                    _, _, vehicle.outside_clients, vehicle.late = DONE.unpack(data[-DONE.size :])
+                    _, vehicle.ticks, vehicle.outside_clients, vehicle.late = DONE.unpack(
+                        data[-DONE.size :]
+                    )
             except OSError:
                 pass
             vehicle.control.close()
@@ -365,11 +382,14 @@ class Run:
 
     def _obituary(self, died: Died, nursery: Nursery) -> str:
         if died.pid is None:
-            return f"{died}; see {self.folder}/launcher.txt"
-        ending = how_it_ended(nursery.exit_code(died.pid))
-        log = self.folder / "vehicles" / died.name / "log.txt"
+            at = [c.name for c in self._coordinators].index(died.name)
+            who, code = died.name, self._children[at].wait(1.0)
+            log = self.folder / "launcher.txt"
+        else:
+            who, code = f"{died.name} (pid {died.pid})", nursery.exit_code(died.pid)
+            log = self.folder / "vehicles" / died.name / "log.txt"
         hint = f"; see {log}" if log.exists() and log.stat().st_size else ""
-        return f"{died.name} (pid {died.pid}) {ending} at {died.now:.2f} s{hint}"
+        return f"{who} {how_it_ended(code)} at {died.now:.2f} s{hint}"
 
     def _report(self, clock: Clock | None, result: _Result) -> Outcome:
         now = clock.now if clock else 0.0
@@ -378,9 +398,10 @@ class Run:
             base = self.folder / "vehicles" / spec.name / "truth.bin"
             part = base.with_name("truth.bin.part")
             path = base if base.exists() else part
-            missing = missing or path is part
+            missing = missing or path is part or not self._tlog(spec).exists()
             if path.exists():
-                tracks.append(read_truth(path))
+                with suppress(TruthError):  # killed before its first row
+                    tracks.append(read_truth(path))
         verdict = judge(self.scenario, self.starts, tracks, self.ready_at, now)
         exit_code = result.exit_code
         if exit_code == PASSED and not verdict.passed:
@@ -391,8 +412,9 @@ class Run:
         lockstep = self.options.lockstep
         late, ticks = (clock.late, clock.ticks) if clock else (0, 0)
         if not lockstep:
-            late = sum(c.late for c in self._coordinators)
-            ticks = sum(c.ticks for c in self._coordinators)
+            both = self._coordinators, self._vehicles
+            late = sum(process.late for group in both for process in group)
+            ticks = sum(process.ticks for group in both for process in group)
         facts = RunFacts(
             run_id=self.run_id,
             seed=self.scenario.seed,
@@ -424,11 +446,11 @@ class Run:
         return Outcome(exit_code, self.folder, report, notes)
 
     def _digest(self) -> str | None:
-        logs = [
-            self.folder / "vehicles" / spec.name / f"{spec.name}.tlog"
-            for spec in sorted(self.starts, key=lambda s: s.system_id)
-        ]
+        logs = [self._tlog(spec) for spec in sorted(self.starts, key=lambda s: s.system_id)]
         return digest(logs) if all(log.exists() for log in logs) else None
+
+    def _tlog(self, spec: RobotSpec) -> Path:
+        return self.folder / "vehicles" / spec.name / f"{spec.name}.tlog"
 
     # Ctrl-C
 
@@ -457,6 +479,10 @@ class Run:
 def _latest_team(box: Mailbox) -> list[VehicleState]:
     data = box.latest.get("team")
     return unpack_team(data)[1] if data else []
+
+
+def _left(deadline: float) -> float:
+    return max(0.01, deadline - time.monotonic())
 
 
 def _half_close(sock: socket.socket) -> None:

@@ -10,6 +10,7 @@ GCS_UDP = 14550  # where ground stations listen
 API_UDP = 14540  # where offboard APIs listen: this plus the instance
 TCP = 5760  # served: this plus ten times the instance
 LOOPBACK = "127.0.0.1"
+_LAST = 65535
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +30,11 @@ class PortPlan:
             port = api + instance
             # 14550 and what follows it move up by one: 14550 belongs to ground stations
             ports.append(port + 1 if api <= GCS_UDP <= port else port)
+        if max(ports, default=0) > _LAST:
+            raise LinkError(
+                f"udp:{LOOPBACK}:{max(ports)}: ports end at {_LAST} "
+                f"(instance {instance} sends to {api} + {instance})"
+            )
         return [(LOOPBACK, port) for port in ports]
 
     def listen(self, instance: int) -> socket.socket | None:

@@ -38,9 +38,10 @@ class Request:
     params: tuple[float, ...]
     what: str
     next_try: float
+    heard: list[tuple[float, int, str]]  # what the vehicle says, as it goes on
     tries: int = 0
     result: int | None = None
-    error: str = ""
+    problem: str = ""
 
     @property
     def accepted(self) -> bool:
@@ -50,7 +51,12 @@ class Request:
     @property
     def refused(self) -> bool:
         """Whether the vehicle said no, or nothing."""
-        return bool(self.error)
+        return bool(self.problem)
+
+    @property
+    def error(self) -> str:
+        """Return why it was not done; the vehicle's own reason often comes after its answer."""
+        return self.problem + (f": the vehicle says {self.heard[-1][2]!r}" if self.heard else "")
 
 
 @dataclass(slots=True)
@@ -136,11 +142,9 @@ class Station:
         del self._requests[m.command]
         request.result = m.result
         if m.result != mav.MAV_RESULT_ACCEPTED:
-            reason = mav.enums["MAV_RESULT"][m.result].name.removeprefix("MAV_RESULT_")
-            request.error = f"{self.name}: {request.what} refused ({reason}){self._last_text()}"
-
-    def _last_text(self) -> str:
-        return f": the vehicle says {self.status.texts[-1][2]!r}" if self.status.texts else ""
+            known = mav.enums["MAV_RESULT"].get(m.result)
+            reason = known.name.removeprefix("MAV_RESULT_") if known else f"result {m.result}"
+            request.problem = f"{self.name}: {request.what} refused ({reason})"
 
     def new_texts(self) -> list[tuple[float, int, str]]:
         """Return the STATUSTEXTs since the last call: fleet time, severity, text."""
@@ -231,7 +235,7 @@ class Station:
         return b"".join(frames)
 
     def _request(self, command: int, params: tuple[float, ...], what: str, now: float) -> Request:
-        request = Request(command, params, what, next_try=now)
+        request = Request(command, params, what, next_try=now, heard=self.status.texts)
         self._requests[command] = request
         return request
 
@@ -239,9 +243,7 @@ class Station:
         if request.tries == TRIES:
             del self._requests[request.command]
             request.result = mav.MAV_RESULT_FAILED
-            request.error = (
-                f"{self.name}: no answer to {request.what} after {TRIES} tries{self._last_text()}"
-            )
+            request.problem = f"{self.name}: no answer to {request.what} after {TRIES} tries"
             return
         out.append(self._command(request.command, request.params, request.tries))
         request.tries += 1

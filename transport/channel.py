@@ -47,6 +47,18 @@ class Channel:
                 raise ChannelClosed
             self._buffer += data
 
+    @property
+    def ended(self) -> bool:
+        """Whether the other end has closed the channel or died, and nothing is left to read."""
+        if self._buffer:
+            return False
+        try:
+            return not self.socket.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
+
     def close(self) -> None:
         """Close this end; the other one sees end-of-file."""
         self.socket.close()

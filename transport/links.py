@@ -25,7 +25,7 @@ class Link(Protocol):
     """One conversation. `stream` says whether frames may be split across reads."""
 
     stream: bool
-    spoken: bool  # the peer has said something
+    spoken: bool  # the peer has said something sensible: it is not a stranger
     open: bool
     label: str
 
@@ -108,10 +108,10 @@ class UdpPeer:
     """One of those who have sent to a `UdpIn` port."""
 
     stream = False
-    spoken = True
 
     def __init__(self, sock: socket.socket, address: tuple[str, int]) -> None:
         self.label = f"udp:{address[0]}:{address[1]}"
+        self.spoken = False
         self.open = True
         self._socket = sock
         self._address = address
@@ -141,7 +141,10 @@ class UdpIn:
         return list(self._peers.values())
 
     def receive(self) -> Iterator[tuple[Link, bytes]]:
-        """Yield the datagrams that have arrived; beyond MAX_PEERS the stalest peer goes."""
+        """Yield the datagrams that have arrived.
+
+        Beyond MAX_PEERS the stalest peer goes, strangers first.
+        """
         for _ in range(64):
             try:
                 data, address = self._socket.recvfrom(_DATAGRAM)
@@ -151,7 +154,9 @@ class UdpIn:
                 continue
             peer = self._peers.pop(address, None) or UdpPeer(self._socket, address)
             if len(self._peers) >= MAX_PEERS:
-                self._peers.pop(next(iter(self._peers))).open = False
+                strangers = (a for a, p in self._peers.items() if not p.spoken)
+                stalest = next(strangers, None) or next(iter(self._peers))
+                self._peers.pop(stalest).open = False
             self._peers[address] = peer
             yield peer, data
 
@@ -174,6 +179,8 @@ class TcpPeer:
 
     def send(self, data: bytes) -> None:
         """Send as much as the peer takes; drop a peer that reads nothing for too long."""
+        if not self.open:
+            return
         self._unsent += data
         try:
             self._unsent = self._unsent[self.socket.send(self._unsent) :]

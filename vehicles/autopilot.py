@@ -90,7 +90,8 @@ class Autopilot:
         if reason := self.arming_refusal():
             self.say(f"Arm: {reason}", mav.MAV_SEVERITY_CRITICAL)
             return FAILED
-        self.armed = self._robot.motors_on = True
+        self.armed = True
+        self._robot.motors_on = not self.flies  # rotors wait for a takeoff
         self._has_flown = False
         self._landed_since = self.now
         k = self._robot.kinematics()
@@ -150,17 +151,18 @@ class Autopilot:
             self.target = parse(message, self.config.kind, here)
         except IllegalTarget as reason:
             self.target = None
-            self.say(f"Target refused, holding: {reason}", mav.MAV_SEVERITY_WARNING)
+            self.say(f"Target refused: {reason}", mav.MAV_SEVERITY_WARNING, topic="target")
         self._takeoff = None
         self._target_at = self.now
 
-    def say(self, text: str, severity: int = mav.MAV_SEVERITY_INFO) -> None:
-        """Send a STATUSTEXT to everybody; the same text at most once a second."""
-        if self.now - self._texts.get(text, -_TEXT_INTERVAL) < _TEXT_INTERVAL:
+    def say(self, text: str, severity: int = mav.MAV_SEVERITY_INFO, topic: str = "") -> None:
+        """Send a STATUSTEXT to everybody; the same text (or topic) at most once a second."""
+        topic = topic or text
+        if self.now - self._texts.get(topic, -_TEXT_INTERVAL) < _TEXT_INTERVAL:
             return
         if len(self._texts) > 64:
             self._texts.clear()
-        self._texts[text] = self.now
+        self._texts[topic] = self.now
         for i in range(0, len(text), 50):
             chunk = text[i : i + 50].encode("ascii", "replace")
             self.broadcasts.append(mav.MAVLink_statustext_message(severity, chunk))

@@ -47,7 +47,10 @@ def main(fd: int) -> None:
             os.read(wake_read, 4096)
             _report_exits(keeper, children)
         if fd in ready:
-            request, fds, _, _ = socket.recv_fds(keeper, MAX_REQUEST, 8)
+            try:
+                request, fds, _, _ = socket.recv_fds(keeper, MAX_REQUEST, 8)
+            except ConnectionError:  # closed with words of ours unread: the same end
+                break
             if not request:
                 break
             pid = os.fork()
@@ -113,10 +116,10 @@ def _become_vehicle(request: dict[str, Any], fds: list[int]) -> NoReturn:
         if request["lockstep"]:
             process.run_lockstep()
         else:
-            process.run_free(request["speed"])
+            process.run_free(started=request["started"])
         process.close()
         code = 0
-    except MavherdError as error:
+    except (MavherdError, OSError) as error:  # OSError: the disk is full, say
         print(f"mavherd: {error}", file=sys.stderr)
     except BaseException:
         traceback.print_exc()

@@ -103,7 +103,7 @@ def parse(message: Message, kind: str, here: Here) -> PositionTarget:
         yaw_rate = _finite(message.yaw_rate, _MAX_SPEED, "yaw_rate")
     setpoint = Setpoint(position, velocity, acceleration, yaw, yaw_rate)
     if setpoint == Setpoint():
-        raise IllegalTarget(f"type_mask 0x{mask:X} sets nothing that a {kind} follows")
+        raise IllegalTarget(f"type_mask 0x{mask:X} sets nothing")
     forward = None
     if kind == "rover" and position is None and velocity is not None and yaw_rate is not None:
         backwards = in_body and message.vx < 0
@@ -129,7 +129,7 @@ def _global_position(m: Message, here: Here) -> Vec3:
     _check_frame(m.coordinate_frame, (*_AMSL, *_ABOVE_HOME))
     lat_deg, lon_deg = m.lat_int * 1e-7, m.lon_int * 1e-7
     if not (-90 <= lat_deg <= 90 and -180 <= lon_deg <= 180) or m.lat_int == m.lon_int == 0:
-        raise IllegalTarget(f"no such place: latitude {lat_deg:g}, longitude {lon_deg:g}")
+        raise IllegalTarget(f"no such place: {lat_deg:g}, {lon_deg:g}")
     north, east = here.origin.from_geodetic(lat_deg, lon_deg)
     altitude_m = _finite(m.alt, _MAX_VALUE, "alt")
     if m.coordinate_frame in _AMSL:

@@ -47,7 +47,8 @@ class VehicleProcess:
         self._control = control
         self._truth = truth
         self._own = vehicle.converse()
-        self._conversations: dict[int, tuple[Link, Conversation]] = {}
+        self._outside: list[tuple[Link, Conversation]] = []
+        self._look_outside()
 
     def run_lockstep(self) -> None:
         """Advance as the conductor grants, serving outside clients in between."""
@@ -90,20 +91,30 @@ class VehicleProcess:
             except ConnectionError:  # they have ended: for us the same as end-of-file
                 return
 
-    def run_free(self, speed: float = 1.0, clock: Callable[[], float] = time.monotonic) -> None:
-        """Advance with the wall clock, `speed` times as fast, until told to stop."""
+    def run_free(
+        self,
+        speed: float = 1.0,
+        started: float | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Advance with the wall clock, `speed` times as fast, until told to stop.
+
+        Vehicle time is 0 when `clock` shows `started` (default: now), so that a team can agree.
+        """
         pace = SLICE_US * 1e-6 / speed
         others = [s for s in (self._control, self._coordinator) if s]
         if self._coordinator:
             self._coordinator.setblocking(False)
         watcher = Watcher(self._endpoints, *others)
-        due, slices = clock() + pace, 0
+        due, slices = (clock() if started is None else started) + pace, 0
         while True:
             ready = watcher.wait(max(0.0, due - clock()))
             if self._control in ready:
                 break  # nothing but end-of-file comes here
-            self._serve_coordinator()
-            self._serve_outside()
+            if self._coordinator in ready:
+                self._serve_coordinator()
+            if ready.difference(others):
+                self._serve_outside()
             if clock() < due:
                 continue
             if data := self._step():
@@ -134,8 +145,9 @@ class VehicleProcess:
         if self._truth:
             self._truth.write(vehicle.now_us * 1e-6, vehicle.robot)
         broadcasts = vehicle.take_broadcasts()
-        for link, conversation in self._outside():
-            if data := vehicle.report(conversation, broadcasts):
+        for link, conversation in self._outside:
+            is_due = broadcasts or vehicle.now_us >= conversation.streams.next_due_us
+            if is_due and (data := vehicle.report(conversation, broadcasts)):
                 link.send(data)
         return vehicle.report(self._own, broadcasts) if self._coordinator else b""
 
@@ -163,23 +175,27 @@ class VehicleProcess:
                 was_silent = not conversation.streams.spoken
                 if reply := self.vehicle.handle(data, conversation, stream=link.stream):
                     link.send(reply)
-                self.outside_clients += was_silent and conversation.streams.spoken
+                if was_silent and conversation.streams.spoken:  # garbage is nobody
+                    self.outside_clients += 1
+                    link.spoken = True
+        self._look_outside()
 
-    def _outside(self) -> list[tuple[Link, Conversation]]:
-        open_links = [link for endpoint in self._endpoints for link in endpoint.links()]
-        if len(open_links) < len(self._conversations):
-            alive = {id(link) for link in open_links}
-            self._conversations = {k: v for k, v in self._conversations.items() if k in alive}
-        return [(link, self._conversation(link)) for link in open_links]
+    def _look_outside(self) -> None:
+        """Keep a conversation for each link that is open now, and only for those."""
+        self._outside = [
+            (link, self._conversation(link)) for end in self._endpoints for link in end.links()
+        ]
 
     def _conversation(self, link: Link) -> Conversation:
-        known = self._conversations.get(id(link))
-        if known is None or known[0] is not link:
-            known = self._conversations[id(link)] = (link, self.vehicle.converse())
-        return known[1]
+        for known, conversation in self._outside:
+            if known is link:
+                return conversation
+        conversation = self.vehicle.converse()
+        self._outside.append((link, conversation))
+        return conversation
 
     def _send_outside_heartbeat(self) -> None:
-        for link, conversation in self._outside():
+        for link, conversation in self._outside:
             link.send(conversation.codec.encode([self.vehicle.autopilot.heartbeat()]))
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from math import asin, atan2, cos, degrees, pi, sin
 
+from ..transport.frames import yaw_of
 from ..transport.mavlink import Message, mav
 from .autopilot import Autopilot
 from .modes import FIRMWARE_VERSION
@@ -55,7 +56,7 @@ class Telemetry:
 
     @property
     def _boot_ms(self) -> int:
-        return self.now_us // 1000
+        return self.now_us // 1000 & 0xFFFFFFFF  # wraps after 49 days, as on every autopilot
 
     def _sys_status(self) -> Message:
         healthy = _SENSORS
@@ -127,7 +128,7 @@ class Telemetry:
         target = self._autopilot.target
         if target is None:
             return None
-        s = self._autopilot.setpoint
+        s = target.at(yaw_of(self._robot.kinematics()[6:10]))
         position, velocity = s.position or Vec3(), s.velocity or Vec3()
         acceleration = s.acceleration or Vec3()
         return mav.MAVLink_position_target_local_ned_message(
