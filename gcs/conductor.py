@@ -81,6 +81,7 @@ class Died(VehicleError):  # noqa: N818 - reads as what it is
         super().__init__(f"{name} died at {now:.2f} s")
 
 
+@dataclass(slots=True)
 class Lockstep(Clock):
     """One tick is one coordination period: vehicles first, then coordinators.
 

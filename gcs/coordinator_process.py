@@ -241,14 +241,15 @@ def main(fd: int) -> int:
             channel.send(process.facts())
     except ChannelClosed:
         pass
-    except MavherdError as error:
+    except (MavherdError, OSError) as error:  # OSError: the disk is full, say
         with suppress(ChannelClosed):
             channel.send(
                 {"error": str(error), "events": process.core.take_events() if process else []}
             )
     finally:
         if process:
-            process.close()
+            with suppress(OSError):
+                process.close()
         channel.close()
     return 0
 

@@ -286,14 +286,15 @@ class Run:
             sock.close()
 
     def _wait_ready(self, recorder: Recorder | None) -> None:
-        deadline = time.monotonic() + READY_S
+        allowed = READY_S + 0.5 * len(self._coordinators)
+        deadline = time.monotonic() + allowed
         for coordinator in self._coordinators:
             answer = None
             while answer is None:
                 if self._interrupted():
                     raise Interrupted
                 if time.monotonic() > deadline:
-                    raise VehicleError(f"{coordinator.name} did not start in {READY_S:.0f} s")
+                    raise VehicleError(f"{coordinator.name} did not start in {allowed:.0f} s")
                 try:
                     answer = coordinator.channel.receive(0.1)
                 except ChannelClosed:
@@ -400,8 +401,9 @@ class Run:
             path = base if base.exists() else part
             missing = missing or path is part or not self._tlog(spec).exists()
             if path.exists():
-                with suppress(TruthError):  # killed before its first row
-                    tracks.append(read_truth(path))
+                with suppress(TruthError):  # killed before it wrote its header
+                    track = read_truth(path)
+                    tracks += [track] if len(track) else []
         verdict = judge(self.scenario, self.starts, tracks, self.ready_at, now)
         exit_code = result.exit_code
         if exit_code == PASSED and not verdict.passed:

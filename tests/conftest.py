@@ -92,7 +92,7 @@ def _is_ack(m: Message) -> bool:
     return m.get_type() == "COMMAND_ACK"
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def desk() -> type[Desk]:
     """Make a vehicle on a desk: desk("rover", seed=3)."""
     return Desk

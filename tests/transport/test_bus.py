@@ -133,26 +133,36 @@ def test_closing_twice_is_harmless(endpoint):
 
 
 FORGETFUL = """
-import sys
+import sys, time
 from mavherd.transport.bus import Bus
-router = Bus.router(sys.argv[1], "run1")
-client = Bus.client(sys.argv[1], "run1")
-box, queue = client.latest("**"), router.queue("**")
-tokens = router.watch_tokens("**")
-token = client.declare_token("vehicle/a/alive")
-publisher = router.publisher("clock")
-for i in range(100):
-    publisher.put(b"x")
+bus = Bus.client(sys.argv[1], "run1")
+queue = bus.queue("**")
+tokens = bus.watch_tokens("**")
+token = bus.declare_token("vehicle/a/alive")
+while queue.received < 100:
+    time.sleep(0.01)
 print("end of main", flush=True)
 """
 
 
-def test_a_process_that_closes_nothing_still_ends(endpoint):
-    done = subprocess.run(
-        [sys.executable, "-c", FORGETFUL, endpoint],
-        capture_output=True,
-        text=True,
-        timeout=30,
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (0, "end of main\n"), done.stderr
+def test_processes_that_close_nothing_still_end_while_samples_arrive(router, endpoint):
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", FORGETFUL, endpoint],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(4)
+    ]
+    publisher = router.publisher("clock")
+    try:
+        while any(process.poll() is None for process in processes):
+            publisher.put(bytes(100))
+            time.sleep(0.0005)
+        outputs = [process.communicate(timeout=30) for process in processes]
+    finally:
+        for process in processes:
+            process.kill()
+    assert outputs == [("end of main\n", "")] * 4
+    assert {process.returncode for process in processes} == {0}

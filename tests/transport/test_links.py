@@ -137,6 +137,19 @@ def test_udpin_bounds_its_peers_and_lets_the_stalest_go():
         assert not seen[0].open
 
 
+def test_strangers_never_push_out_a_peer_that_makes_sense():
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as quiet:
+        quiet.send(b"first")
+        ((friend, _),) = arrivals(port)
+        friend.spoken = True
+        for _ in range(3 * MAX_PEERS):
+            with udp(port.port) as stranger:
+                stranger.send(b"noise")
+                arrivals(port)
+        assert friend in port.links()
+        assert len(port.links()) == MAX_PEERS
+
+
 def test_sending_to_a_peer_that_has_gone_is_no_error():
     with closing(UdpIn(HOST, 0)) as port:
         with udp(port.port) as short_lived:
@@ -224,6 +237,8 @@ def test_tcp_drops_a_peer_that_never_reads_and_serves_the_others():
             stuck.send(bytes(1 << 14))
             sent += 1 << 14
         assert not stuck.open
+        stuck.send(b"more")
+        assert len(stuck._unsent) < 1 << 19
         assert server.links() == [listening]
         listening.send(b"you go on")
         assert good.recv(100) == b"you go on"
@@ -286,8 +301,9 @@ def test_a_taken_tcp_port_is_named_with_the_cure():
 
 def test_a_taken_udp_port_is_named_with_the_cure():
     with udp() as taken:
-        with pytest.raises(LinkError, match=rf"udpin:{HOST}:{port_of(taken)}: .*in use.*another"):
-            UdpIn(HOST, port_of(taken))
+        port = port_of(taken)
+        with pytest.raises(LinkError, match=rf"udpin:{HOST}:{port}: .*in use.*another port"):
+            UdpIn(HOST, port)
 
 
 @pytest.mark.parametrize("make", [UdpIn, UdpOut, listen_tcp])
@@ -333,7 +349,7 @@ def test_addresses_are_host_and_port(text, address):
     "text", ["", "localhost", "h:", "h:x", "h:-1", "h:65536", "h:1.5", "1" * 5000, "h: 14550"]
 )
 def test_anything_else_is_refused_by_name(text):
-    with pytest.raises(LinkError, match="--udpout .*HOST:PORT"):
+    with pytest.raises(LinkError, match=r"--udpout .*HOST:PORT"):
         parse_address(text, "--udpout")
 
 

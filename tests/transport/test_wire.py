@@ -1,6 +1,7 @@
 """What goes onto the bus comes off it unchanged, and nothing else does."""
 
 import struct
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -37,9 +38,7 @@ STATES = st.builds(
     st.booleans(),
     st.sampled_from(Phase),
 )
-STATE = VehicleState(
-    "quad1", 3, 7, 1.25, (1, 2, 3), (4, 5, 6), (1, 0, 0, 0), 4, True, Phase.ACTIVE
-)
+STATE = VehicleState("quad1", 3, 7, 1.25, (1, 2, 3), (4, 5, 6), (1, 0, 0, 0), 4, True, Phase.ACTIVE)
 TARGET = Target("quad1", 1.25, (1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12))
 
 
@@ -66,10 +65,8 @@ def test_every_state_has_the_same_size():
 @pytest.mark.parametrize("unpack", [unpack_state, unpack_target, unpack_team])
 @given(data=st.binary(max_size=300))
 def test_random_bytes_are_a_wire_error_or_a_value(unpack, data):
-    try:
+    with suppress(WireError):  # and nothing else
         unpack(data)
-    except WireError as error:
-        assert str(error)
 
 
 @pytest.mark.parametrize(

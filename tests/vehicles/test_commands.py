@@ -1,0 +1,296 @@
+"""Every request is answered once, to the one who asked; nothing that is sent can hurt."""
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavherd.transport.mavlink import Codec, mav
+from mavherd.vehicles.streams import DEFAULT_RATES_HZ
+
+ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
+KNOWN_COMMANDS = {20, 21, 22, 176, 400, 410, 510, 511, 512, 520}
+NAN, INF = float("nan"), float("inf")
+ABSURD = (NAN, INF, -INF, 3e38, -3e38, 1e-38, -1.0, 0.5)
+MODES = {"quadcopter": 4, "rover": 15}
+
+
+def long(command, params, system=1, component=1):
+    p = (*params, *(0,) * (7 - len(params)))
+    return mav.MAVLink_command_long_message(system, component, command, 0, *p)
+
+
+def as_int(command, params, system=1, component=1):
+    p = (*params, *(0,) * (7 - len(params)))
+    x, y = (int(max(-(2**31), min(2**31 - 1, v))) if abs(v) < INF else 0 for v in p[4:6])
+    return mav.MAVLink_command_int_message(system, component, 0, command, 0, 0, *p[:4], x, y, p[6])
+
+
+def acks(messages):
+    return [m for m in messages if m.get_type() == "COMMAND_ACK"]
+
+
+# Answers
+
+
+@pytest.mark.parametrize("form", [long, as_int])
+@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+def test_every_command_id_has_exactly_one_answer(desk, kind, form):
+    vehicle = desk(kind)
+    ids = {*range(600), *range(600, 65536, 61), *range(31000, 31020), 42424, 65535}
+    for command in sorted(ids):
+        replies = vehicle.send(form(command, ()))
+        (ack,) = acks(replies)
+        assert ack.command == command
+        assert (ack.target_system, ack.target_component) == vehicle.GROUND
+        if command not in KNOWN_COMMANDS:
+            assert (ack.result, len(replies)) == (UNSUPPORTED, 1)
+
+
+@pytest.mark.parametrize("form", [long, as_int])
+@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+@pytest.mark.parametrize("command", sorted(KNOWN_COMMANDS))
+def test_absurd_parameters_are_answered_too(desk, kind, command, form):
+    vehicle = desk(kind)
+    vehicle.fly()
+    for base in (0.0, 1.0, 30.0):
+        for at in range(7):
+            for value in ABSURD:
+                params = [base] * 7
+                params[at] = value
+                assert len(acks(vehicle.send(form(command, params)))) == 1
+    for value in ABSURD:
+        assert len(acks(vehicle.send(form(command, [value] * 7)))) == 1
+    vehicle.run(0.5)
+    assert all(abs(v) < 1e3 for v in vehicle.where)
+
+
+def test_the_ack_comes_first_and_goes_to_whoever_asked(quad):
+    for system, component in ((255, 0), (245, 190), (254, 190), (1, 190)[::-1]):
+        asker = Codec(system, component)
+        reply = quad.vehicle.handle(asker.encode([long(512, (0,))]), quad.link)
+        ack, heartbeat = asker.decode(reply)
+        assert (ack.target_system, ack.target_component) == (system, component)
+        assert heartbeat.get_type() == "HEARTBEAT"
+        assert (ack.get_srcSystem(), ack.get_srcComponent()) == (1, 1)
+
+
+@pytest.mark.parametrize(("system", "component"), [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_broadcasts_and_own_ids_are_heard(quad, system, component):
+    (ack,) = quad.send(long(400, (1,), system, component))
+    assert ack.result == ACCEPTED
+    assert quad.autopilot.armed
+
+
+@pytest.mark.parametrize(("system", "component"), [(2, 1), (255, 1), (1, 99), (1, 190), (2, 0)])
+def test_messages_for_others_are_ignored(quad, system, component):
+    assert quad.send(long(400, (1,), system, component)) == []
+    assert quad.send(as_int(400, (1,), system, component)) == []
+    assert quad.send(mav.MAVLink_set_mode_message(2, 1, 4)) == []
+    assert not quad.autopilot.armed
+    assert quad.autopilot.mode.name == "LOITER"
+
+
+def test_targets_for_others_are_ignored(quad):
+    quad.fly()
+    message = quad.target(0xDF8, x=50, z=-3)
+    message.target_system = 2
+    quad.send(message)
+    quad.run(3)
+    assert abs(quad.where.north) < 0.2
+
+
+def test_an_echo_of_our_own_is_ignored(quad):
+    mirror = Codec(1, 1)
+    assert quad.vehicle.handle(mirror.encode([long(400, (1,))]), quad.link) == b""
+    assert not quad.autopilot.armed
+
+
+def test_commands_are_the_same_in_both_forms(desk):
+    a, b = desk(), desk()
+    for command, params in (
+        (176, (1, 4)),
+        (400, (1,)),
+        (22, (0, 0, 0, 0, 0, 0, 3)),
+        (511, (30, 5e4)),
+        (510, (30,)),
+        (512, (148,)),
+        (410, ()),
+        (520, ()),
+        (21, ()),
+    ):
+        long_reply, int_reply = a.send(long(command, params)), b.send(as_int(command, params))
+        assert list(map(str, long_reply)) == list(map(str, int_reply))
+    assert list(map(str, a.run(2))) == list(map(str, b.run(2)))
+
+
+# Messages on request
+
+
+def test_every_message_we_make_can_be_requested_and_no_other(quad):
+    offered = set(DEFAULT_RATES_HZ) | {mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION}
+    quad.fly()
+    quad.send(quad.target(0xDF8, z=-3))
+    for message_id in [*range(500), *range(500, 70000, 997), -1, 1 << 24]:
+        ack, *rest = quad.send(long(512, (message_id,)))
+        if message_id in offered:
+            assert ack.result == ACCEPTED
+            assert [m.get_msgId() for m in rest] == [message_id]
+        else:
+            assert (ack.result, rest) == (FAILED, [])
+
+
+def test_a_target_that_is_not_there_cannot_be_requested(quad):
+    (ack,) = quad.send(long(512, (mav.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED,)))
+    assert ack.result == FAILED
+
+
+def test_the_legacy_requests_work(quad):
+    (ack, version) = quad.send(long(520, (1,), 0, 0))
+    assert (ack.result, version.get_type()) == (ACCEPTED, "AUTOPILOT_VERSION")
+    (ack, home) = quad.send(long(410, ()))
+    assert (ack.result, home.get_type()) == (ACCEPTED, "HOME_POSITION")
+
+
+# Streams, per link
+
+
+def counts(desk, seconds, *links):
+    """Let time pass; return how many of each message each link got."""
+    totals = [{} for _ in links]
+    codecs = [Codec(255) for _ in links]
+    for _ in range(round(seconds * 100)):
+        desk.vehicle.step()
+        broadcasts = desk.vehicle.take_broadcasts()
+        for link, codec, total in zip(links, codecs, totals, strict=True):
+            for m in codec.decode(desk.vehicle.report(link, broadcasts)):
+                total[m.get_type()] = total.get(m.get_type(), 0) + 1
+    return totals
+
+
+@pytest.mark.parametrize("rate", [1, 5, 20, 30, 50, 100])
+def test_an_asked_rate_is_kept_within_5_percent_on_that_link_only(quad, rate):
+    other = quad.vehicle.converse(spoken=True)
+    assert quad.command(511, mav.MAVLINK_MSG_ID_ATTITUDE, 1e6 / rate) == ACCEPTED
+    mine, theirs = counts(quad, 20, quad.link, other)
+    assert mine["ATTITUDE"] == pytest.approx(20 * rate, rel=0.05)
+    assert theirs["ATTITUDE"] == pytest.approx(200, rel=0.05)
+
+
+def test_minus_one_stops_and_zero_restores_the_default(quad):
+    attitude = mav.MAVLINK_MSG_ID_ATTITUDE
+    quad.command(511, attitude, -1)
+    assert "ATTITUDE" not in counts(quad, 3, quad.link)[0]
+    quad.command(511, attitude, 0)
+    assert counts(quad, 10, quad.link)[0]["ATTITUDE"] == pytest.approx(100, rel=0.05)
+
+
+def test_even_heartbeats_obey(quad):
+    quad.command(511, 0, 2e5)
+    assert counts(quad, 10, quad.link)[0]["HEARTBEAT"] == pytest.approx(50, abs=2)
+
+
+@pytest.mark.parametrize("interval", [NAN, INF, -INF])
+def test_an_interval_that_is_no_number_is_denied(quad, interval):
+    assert quad.command(511, 30, interval) == DENIED
+    assert quad.command(511, interval, 1e5) == DENIED
+
+
+def test_streams_that_are_not_offered_are_refused(quad):
+    for message_id in (60000, 76, 148, -5, 3e38):
+        assert quad.command(511, message_id, 1e5) == FAILED
+        assert quad.command(510, message_id) == FAILED
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"), [(5e4, 50_000), (-1, -1), (0, 100_000), (3e38, 2**31 - 1), (1, 10_000)]
+)
+def test_the_interval_can_be_asked_for(quad, asked, told):
+    quad.command(511, 30, asked)
+    ack, interval = quad.ask(510, 30)
+    assert ack.result == ACCEPTED
+    assert (interval.message_id, interval.interval_us) == (30, told)
+
+
+def test_an_unspoken_link_gets_heartbeats_only_and_everything_once_it_speaks(quad):
+    shy = quad.vehicle.converse()
+    (before,) = counts(quad, 5, shy)
+    assert set(before) == {"HEARTBEAT"}
+    assert before["HEARTBEAT"] in (5, 6)  # one extra at boot
+    quad.vehicle.handle(b"\xfd garbage is not speech \xfe", shy)
+    assert set(counts(quad, 2, shy)[0]) == {"HEARTBEAT"}
+    hello = Codec(255).encode([mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)])
+    quad.vehicle.handle(hello, shy)
+    (after,) = counts(quad, 5, shy)
+    assert {"ATTITUDE", "LOCAL_POSITION_NED", "HOME_POSITION", "SYS_STATUS"} <= set(after)
+
+
+# Whatever the dialect has
+
+
+def fields_of(message_class):
+    lengths = [message_class.array_lengths[at] for at in message_class.orders]
+    return zip(message_class.fieldtypes, lengths, strict=True)
+
+
+def value(rng: random.Random, kind: str, length: int):
+    if kind == "char":
+        return bytes(rng.randrange(256) for _ in range(length or 1))
+    if length:
+        return [value(rng, kind, 0) for _ in range(length)]
+    if kind in ("float", "double"):
+        return rng.choice([0.0, 1.0, -1.0, NAN, INF, -INF, 3e38, rng.uniform(-100, 100)])
+    bits = int("".join(c for c in kind.removesuffix("_t") if c.isdigit()))
+    low, high = (
+        (0, 2**bits - 1) if kind.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    )
+    return rng.choice([low, high, 0, 1, rng.randint(low, high)])
+
+
+def any_message(rng: random.Random, message_class):
+    values = [value(rng, kind, length) for kind, length in fields_of(message_class)]
+    message = message_class(*values)
+    for name, own in (("target_system", (0, 1)), ("target_component", (0, 1))):
+        if name in message_class.fieldnames and rng.random() < 0.8:
+            setattr(message, name, rng.choice(own))
+    return message
+
+
+@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+def test_a_flood_of_every_message_of_the_dialect_never_hurts(desk, kind):
+    vehicle, rng = desk(kind), random.Random(5)
+    classes = [c for c in mav.mavlink_map.values() if c.id >= 0]
+    assert len(classes) > 200
+    vehicle.fly()
+    for _ in range(8):
+        for message_class in rng.sample(classes, len(classes)):
+            message = any_message(rng, message_class)
+            vehicle.send(message)
+            if rng.random() < 0.05:
+                vehicle.run(0.02)
+    vehicle.run(1)
+    assert all(abs(v) < 1e3 for v in vehicle.where)
+    assert vehicle.command(31999) == UNSUPPORTED
+
+
+ANY_COMMAND = st.tuples(
+    st.sampled_from(sorted(KNOWN_COMMANDS)),
+    st.lists(st.floats(width=32), min_size=7, max_size=7),
+)
+
+
+@given(st.lists(ANY_COMMAND, max_size=12))
+def test_any_sequence_of_commands_has_as_many_answers(desk, commands):
+    vehicle = desk()
+    replies = vehicle.send(*(long(command, params) for command, params in commands))
+    assert [m.command for m in acks(replies)] == [command for command, _ in commands]
+    vehicle.run(0.05)
+
+
+@given(st.binary(max_size=400))
+def test_random_bytes_are_no_message(desk, data):
+    vehicle = desk("rover")
+    vehicle.vehicle.handle(data, vehicle.link)
+    vehicle.run(0.02)
+    assert not vehicle.autopilot.armed
