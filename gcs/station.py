@@ -3,6 +3,7 @@
 `now` is fleet time in seconds, given by the caller. Everything here is local NED, as on the wire.
 """
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -22,6 +23,11 @@ _IGNORE_ACCELERATION = 0x1C0
 _IGNORE_YAW = 0x400
 _IGNORE_YAW_RATE = 0x800
 
+Text = tuple[float, int, str]
+"""Fleet time, severity and text of a STATUSTEXT."""
+Texts = deque[Text]
+KEPT_TEXTS = 32
+
 Tap = Callable[[bytes, float], None]
 """Sees every frame of the link, sent or received, with fleet time."""
 
@@ -38,7 +44,7 @@ class Request:
     params: tuple[float, ...]
     what: str
     next_try: float
-    heard: list[tuple[float, int, str]]  # what the vehicle says, as it goes on
+    heard: Texts  # what the vehicle says, as it goes on
     tries: int = 0
     result: int | None = None
     problem: str = ""
@@ -72,7 +78,7 @@ class VehicleStatus:
     armed: bool = False
     custom_mode: int = 0
     landed_state: int = 0
-    texts: list[tuple[float, int, str]] = field(default_factory=list)  # time, severity, text
+    texts: Texts = field(default_factory=lambda: deque(maxlen=KEPT_TEXTS))
 
 
 class Station:
@@ -87,7 +93,7 @@ class Station:
         self._outbox: list[Message] = []
         self._requests: dict[int, Request] = {}
         self._heartbeat_due = 0.0
-        self._texts_taken = 0
+        self._new_texts: list[Text] = []
         interval_us = 1e6 / rate_hz
         self._wanted_streams = {
             mav.MAVLINK_MSG_ID_LOCAL_POSITION_NED: interval_us,
@@ -125,7 +131,9 @@ class Station:
             case "EXTENDED_SYS_STATE":
                 s.landed_state = m.landed_state
             case "STATUSTEXT":
-                s.texts.append((now, m.severity, m.text))
+                text = (now, m.severity, m.text)
+                s.texts.append(text)
+                self._new_texts.append(text)
             case "COMMAND_ACK":
                 self._on_ack(m)
 
@@ -146,11 +154,10 @@ class Station:
             reason = known.name.removeprefix("MAV_RESULT_") if known else f"result {m.result}"
             request.problem = f"{self.name}: {request.what} refused ({reason})"
 
-    def new_texts(self) -> list[tuple[float, int, str]]:
-        """Return the STATUSTEXTs since the last call: fleet time, severity, text."""
-        fresh = self.status.texts[self._texts_taken :]
-        self._texts_taken = len(self.status.texts)
-        return fresh
+    def new_texts(self) -> list[Text]:
+        """Return and forget the STATUSTEXTs since the last call."""
+        taken, self._new_texts = self._new_texts, []
+        return taken
 
     def age(self, now: float) -> float | None:
         """Return seconds since the last position; None before the first one."""

@@ -105,6 +105,8 @@ class Codec:
         sender = message.get_srcSystem(), message.get_srcComponent()
         sequence: int = message.get_seq()
         last = self._sequences.get(sender)
+        if last == sequence:
+            return  # the same frame twice
         if last is not None:
             self.lost += (sequence - last - 1) & 0xFF
         elif len(self._sequences) >= 256:

@@ -239,8 +239,11 @@ class Autopilot:
     def _return(self) -> Setpoint:
         k = self._robot.kinematics()
         near = hypot(k.north - self.home.north, k.east - self.home.east) < _CLOSE
-        if not self.flies or not self.in_air:
-            if near or self.flies:
+        if self.flies and not self.in_air:
+            self.disarm()
+            return _HOLD
+        if not self.flies:
+            if near:
                 self.change_mode(Mode.HOLD)
                 return _HOLD
             return Setpoint(position=self.home)
