@@ -1,0 +1,118 @@
+"""Ctrl-C at any time: all processes end within two seconds, a report is written, exit code 130."""
+
+import os
+import pty
+import select
+import signal
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+PATIENCE = 2.0  # s, from the signal to the end of every process but the launcher
+
+
+def interrupt(sandbox, process, how=signal.SIGINT, times=1):
+    """Send the signal and return what is left when all is over."""
+    asked = time.monotonic()
+    for _ in range(times):
+        process.send_signal(how)
+    sandbox.wait_for(lambda: sandbox.processes().keys() <= {process.pid}, "the end", PATIENCE)
+    took = time.monotonic() - asked
+    done = sandbox.finish(process, timeout=10)
+    assert took < PATIENCE
+    assert done.code == 130
+    assert done.complaint == "mavherd: interrupted"
+    return done
+
+
+def long_run(sandbox, *options):
+    """Start a run that nobody waits for the end of."""
+    return sandbox.start("run", sandbox.scenario(far=2000, duration=3600), *options)
+
+
+@pytest.mark.parametrize("pace", ["--lockstep", "--speed=1", "--free-run"])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_during_the_run(sandbox, pace, how):
+    process = long_run(sandbox, pace, "--no-record")
+    folder = sandbox.wait_for_run()
+    done = interrupt(sandbox, process, how)
+    report = done.report
+    assert (report["exit_code"], report["error"]) == (130, "interrupted")
+    assert not report["passed"]
+    assert not report["partial"]
+    assert report["duration_s"] > 0
+    assert (report["digest"] is None) == (pace == "--free-run")
+    assert (folder / "report.html").exists()
+    assert not list(folder.rglob("*.part"))
+
+
+def test_twice_is_no_different(sandbox):
+    process = long_run(sandbox)
+    sandbox.wait_for_run()
+    done = interrupt(sandbox, process, times=2)
+    assert done.report["exit_code"] == 130
+    assert not done.report["partial"]
+    assert (done.folder / "run.rrd").exists()
+
+
+@pytest.mark.parametrize("file", ["scenario.yaml", "events.jsonl", "launcher.txt", "ports.json"])
+def test_while_it_starts(sandbox, file):
+    process = long_run(sandbox)
+    sandbox.wait_for(lambda: list(sandbox.folder.glob(f"runs/*/{file}")), file)
+    done = interrupt(sandbox, process)
+    assert done.report["exit_code"] == 130
+
+
+def test_before_there_is_anything_to_report(sandbox):
+    process = long_run(sandbox)
+    mapped = Path(f"/proc/{process.pid}/maps")
+    sandbox.wait_for(lambda: "/_json." in mapped.read_text(), "the command line is imported")
+    done = interrupt(sandbox, process)
+    assert done.folder is None or done.report["exit_code"] == 130
+
+
+def test_while_the_report_is_written(sandbox):
+    process = sandbox.start("run", sandbox.scenario(), "--no-record")
+    sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/report.json")), "the report")
+    done = interrupt(sandbox, process)
+    assert done.report["passed"]  # the run itself was over
+    assert (done.folder / "report.html").exists()
+    assert not list(done.folder.rglob("*.part"))
+
+
+def test_at_a_terminal(sandbox):
+    ours, theirs = pty.openpty()
+    attach = "setsid", "--ctty", "--wait"
+    process = sandbox.start(
+        *("run", sandbox.scenario(far=2000, duration=3600), "--no-record"),
+        prefix=attach,
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+    )
+    os.close(theirs)
+    shown = b""
+
+    def read():
+        nonlocal shown
+        with suppress(OSError):  # the other end is closed
+            shown += os.read(ours, 65536) if select.select([ours], [], [], 0)[0] else b""
+        return shown
+
+    sandbox.wait_for(lambda: b"active" in read(), "the live table")
+    os.write(ours, b"\x03")
+    sandbox.wait_for(lambda: b"mavherd: interrupted" in read(), "the end")
+    done = sandbox.finish(process)
+    os.close(ours)
+    assert done.code == 130
+    assert shown.rfind(b"\x1b[?25h") > shown.rfind(b"\x1b[?25l")  # the cursor is back
+
+
+def test_with_a_frozen_vehicle(sandbox):
+    process = long_run(sandbox, "--speed=1", "--no-record")
+    sandbox.wait_for_run()
+    os.kill(sandbox.part("quad1"), signal.SIGSTOP)
+    time.sleep(0.3)  # now everybody waits for it
+    interrupt(sandbox, process)

@@ -1,0 +1,125 @@
+"""One vehicle by hand serves stock clients and nobody can harm it."""
+
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "fly_square.py"
+
+
+def stop(sandbox, vehicle):
+    vehicle.send_signal(signal.SIGINT)
+    done = sandbox.finish(vehicle)
+    assert done.code == 0
+    return done
+
+
+@pytest.mark.parametrize("link", ["tcp", "udp"])
+def test_a_stock_script_flies_a_square_while_a_second_client_watches(sandbox, link):
+    gcs, api = (sandbox.free_port(socket.SOCK_DGRAM) for _ in range(2))
+    tcp = sandbox.free_port()
+    with closing(sandbox.connect(f"udpin:127.0.0.1:{gcs}")) as watcher:
+        options = "--tcp", tcp, "--udpout", f"127.0.0.1:{gcs}", "--udpout", f"127.0.0.1:{api}"
+        vehicle = sandbox.start("vehicle", "quadcopter", "--speed", 5, *options)
+        assert f"tcp:127.0.0.1:{tcp}" in vehicle.stdout.readline()
+        address = f"tcp:127.0.0.1:{tcp}" if link == "tcp" else f"udpin:127.0.0.1:{api}"
+        heartbeat = watcher.wait_heartbeat(timeout=30)
+        assert not heartbeat.base_mode & 128
+        sandbox.greet(watcher)  # from here on it gets more than heartbeats
+        watcher.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=30)
+        script = subprocess.Popen(
+            [sys.executable, EXAMPLE, address], stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        north_east, up, armed = [], [], []
+        while script.poll() is None:
+            m = watcher.recv_match(blocking=True, timeout=1)
+            match m and m.get_type():
+                case "LOCAL_POSITION_NED":
+                    north_east.append((m.x, m.y))
+                case "GLOBAL_POSITION_INT":
+                    up.append(m.relative_alt / 1e3)
+                case "HEARTBEAT":
+                    armed.append(bool(m.base_mode & 128))
+        out = script.stdout.read().decode()
+        script.stdout.close()
+        assert script.returncode == 0, out
+        assert out.splitlines()[-1] == "landed and disarmed"
+        sandbox.wait_for(
+            lambda: not watcher.recv_match(type="HEARTBEAT", blocking=True).base_mode & 128,
+            "the second client sees the vehicle disarmed",
+        )
+    stop(sandbox, vehicle)
+    assert True in armed
+    assert 2.8 < max(up) < 3.3
+    assert is_square(north_east)
+
+
+def is_square(places):
+    """Return whether the places pass all corners in turn and stay on the sides."""
+    corners = [(5, 0), (5, 5), (0, 5), (0, 0)]
+    for place in places:
+        if corners and max(abs(place[0] - corners[0][0]), abs(place[1] - corners[0][1])) < 0.3:
+            corners.pop(0)
+        from_side = min(abs(x - side) for x in place for side in (0, 5))
+        assert from_side < 0.4, place
+    return not corners
+
+
+def test_garbage_on_every_port_does_no_harm(sandbox):
+    rng = random.Random(1)
+    tcp = sandbox.free_port()
+    options = "--tcp", tcp, "--udpin", "127.0.0.1:0", "--speed", 5
+    vehicle = sandbox.start("vehicle", "rover", *options)
+    udp = int(re.search(r"udpin:127.0.0.1:(\d+)", vehicle.stdout.readline())[1])
+    with (
+        socket.create_connection(("127.0.0.1", tcp)) as stream,
+        socket.socket(type=socket.SOCK_DGRAM) as datagrams,
+        closing(sandbox.connect(f"udpout:127.0.0.1:{udp}")) as client,
+    ):
+        sandbox.greet(client)
+        frame = client.recv_match(type="HEARTBEAT", blocking=True, timeout=30).get_msgbuf()
+        for _ in range(300):
+            cut = bytes(frame[: rng.randrange(1, len(frame))])
+            flipped = bytes(b ^ (rng.random() < 0.1) for b in frame)
+            for junk in (rng.randbytes(rng.randrange(1, 600)), cut, flipped, b""):
+                datagrams.sendto(junk, ("127.0.0.1", udp))
+                stream.sendall(junk)
+    with closing(sandbox.connect(f"tcp:127.0.0.1:{tcp}")) as client:
+        sandbox.greet(client)
+        assert client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=30)
+    stop(sandbox, vehicle)
+
+
+def test_a_client_that_reads_nothing_holds_up_nobody(sandbox):
+    tcp = sandbox.free_port()
+    vehicle = sandbox.start("vehicle", "rover", "--tcp", tcp, "--speed", 50)
+    vehicle.stdout.readline()
+    with (
+        socket.create_connection(("127.0.0.1", tcp)) as deaf,
+        closing(sandbox.connect(f"tcp:127.0.0.1:{tcp}")) as client,
+    ):
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        sandbox.greet(client)
+        m = client.recv_match(type="SYSTEM_TIME", blocking=True, timeout=30)
+        later = m.time_boot_ms + 20_000
+        sandbox.wait_for(
+            lambda: client.recv_match(type="SYSTEM_TIME", blocking=True).time_boot_ms > later,
+            "time goes on",
+        )
+    stop(sandbox, vehicle)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_it_runs_until_it_is_stopped(sandbox, how):
+    vehicle = sandbox.start("vehicle", "quadcopter", "--udpin", "127.0.0.1:0")
+    vehicle.stdout.readline()
+    vehicle.send_signal(how)
+    done = sandbox.finish(vehicle, timeout=10)
+    assert done.code == 0
