@@ -40,7 +40,8 @@ def draw(
     pictures: list[tuple[str, Callable[[], Figure]]] = []
     if tracks:
         pictures.append(("plan.png", lambda: plan(scenario, starts, tracks, verdict)))
-    if any(pair.min_separation is not None for pair in verdict.pairs):
+    lasted = min((t.time[-1] for t in tracks), default=0.0) - (verdict.ready_at or 0.0)
+    if lasted > 2 / RATE_HZ and any(pair.min_separation is not None for pair in verdict.pairs):
         pictures.append(("separation.png", lambda: separation(tracks, verdict)))
     folder.mkdir(parents=True, exist_ok=True)
     return [save(folder / name, make()) for name, make in pictures]

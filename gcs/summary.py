@@ -35,8 +35,6 @@ def summary_table(report: Mapping[str, Any], folder: Path | None = None) -> Rend
 def _verdict(r: Mapping[str, Any]) -> Iterator[RenderableType]:
     word = Text(" PASS " if r["passed"] else " FAIL ", style="bold reverse " + _tone(r["passed"]))
     yield Text.assemble(word, f" {r['scenario']}  ", (f"law {r['law']}, seed {r['seed']}", "dim"))
-    if r["error"]:
-        yield Text(f"  {r['error']}", style="red")
     for a in r["assertions"]:
         mark = Text("  ok   " if a["passed"] else "  FAIL ", style=_tone(a["passed"]))
         yield Text.assemble(mark, a["text"])

@@ -15,14 +15,25 @@ from .live_view import LiveView
 from .summary import ports_table, summary_table
 
 if TYPE_CHECKING:
-    from .launcher import Outcome
+    from .outcome import Outcome
+
+
+class QuietConsole(Console):
+    """Writes to stderr; when nobody reads any more (`2>&1 | head`) the run goes on in silence."""
+
+    def __init__(self) -> None:
+        super().__init__(stderr=True)
+
+    def on_broken_pipe(self) -> None:
+        """Say nothing from now on."""
+        self.quiet = True
 
 
 class RunView:
     """The launcher's view of one scenario: ports when it starts, the team, what happens."""
 
     def __init__(self, scenario: Scenario, console: Console | None = None) -> None:
-        self._console = console or Console(stderr=True)
+        self._console = console or QuietConsole()
         kinds = {spec.name: spec.kind for spec in scenario.robots}
         self._live = LiveView(kinds, scenario.duration, self._console)
         self._goals = {
@@ -66,7 +77,7 @@ class RunView:
 
 def print_outcome(outcome: "Outcome", console: Console | None = None) -> None:
     """Print how a run ended and where to look further."""
-    console = console or Console(stderr=True)
+    console = console or QuietConsole()
     console.print(summary_table(outcome.report, outcome.folder))
     for note in outcome.notes:
         console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
