@@ -19,7 +19,7 @@ from .conductor import Interrupted
 
 READY_S = 20.0  # for a process to come up on a slow machine
 _END_S = 2.0  # for a process to end by itself before it is killed
-_HURRY_S = 1.0  # the same, after an interrupt
+_HURRY_S = 0.7  # the same, after an interrupt
 _SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
 
 

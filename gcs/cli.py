@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from .. import __version__
-from ..transport.errors import LinkError, MavherdError
+from ..transport.errors import LinkError, MavherdError, os_reason
 
 _EPILOG = """\
 first steps:
@@ -65,7 +65,7 @@ def main(argv: list[str] | None = None) -> int:
         _give_up_stdout()
         if isinstance(error, BrokenPipeError):
             return 0
-        print(f"mavherd: {error}", file=sys.stderr)
+        print(f"mavherd: {os_reason(error)}", file=sys.stderr)
         return 2
 
 
@@ -178,7 +178,7 @@ def _vehicle(args: argparse.Namespace) -> int:
             or ([] if args.udpin else [f"{h}:{p}" for h, p in plan.udp_targets(instance)]),
             speed=args.speed,
         )
-    except ValueError as error:
+    except (ValueError, ArithmeticError) as error:
         raise MavherdError(f"vehicle: {error}") from None
 
 

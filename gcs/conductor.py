@@ -41,6 +41,7 @@ class CoordinatorHandle:
     channel: Channel
     vehicles: list[VehicleHandle]
     finished: bool = False
+    heard_at: float = 0.0  # on the monotonic clock
     late: int = 0
     ticks: int = 0
 
@@ -172,10 +173,11 @@ class Pacer:
         """Sleep until the next tick is due; a tick is late when its successor already was."""
         self._due += self._pace
         lag = time.monotonic() - self._due
-        if lag > self._pace:
+        if lag > max(self._pace, _MAX_LAG_S):  # skip rather than race to catch up
+            self.late += int(lag / self._pace)
+            self._due += lag
+        elif lag > self._pace:
             self.late += 1
-            if lag > _MAX_LAG_S:  # skip rather than race to catch up
-                self._due += lag
         elif lag < 0:
             time.sleep(-lag)
 
@@ -199,4 +201,11 @@ class FreeRun(Clock):
                 message = coordinator.channel.receive(LIVENESS_S)
             except ChannelClosed:
                 raise Died(coordinator.name, None, self.now) from None
+            coordinator.heard_at = time.monotonic()
             self.take(coordinator, message or {})
+        for coordinator in self.coordinators:
+            coordinator.heard_at = coordinator.heard_at or time.monotonic()
+            if time.monotonic() - coordinator.heard_at > LIVENESS_S:
+                raise VehicleError(
+                    f"{coordinator.name} is frozen: not a word for {LIVENESS_S:.0f} s"
+                )

@@ -109,6 +109,7 @@ def separations(kinds: Sequence[str], position: Floats, i: int, j: slice) -> tup
     if mixed.any():
         gap = _vertical_gap(BODIES[kinds[i]], BODIES[_other(kinds[i])], dz[mixed])
         separation[mixed] = np.where(gap < LEVEL_M, separation[mixed], np.inf)
+    np.copyto(separation, np.inf, where=np.isnan(separation))
     return horizontal, separation
 
 

@@ -35,6 +35,8 @@ from .coordinator import Coordinator
 
 _DATAGRAM = 65535
 _REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
+_SIGN_OF_LIFE_S = 1.0  # free-running, the launcher hears from us at least so often
+_MAX_LAG_S = 0.5
 TARGET_HZ = 10  # on the bus, for those who watch; the vehicles get every one
 _PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
 
@@ -114,7 +116,7 @@ class CoordinatorProcess:
         for sock in by_socket:
             sock.setblocking(False)
         due = time.monotonic()
-        told = False
+        told, speak_by = False, 0.0
         while True:
             due += self._period
             while (wait := due - time.monotonic()) > 0:
@@ -125,13 +127,16 @@ class CoordinatorProcess:
             self._drain(self.sockets)
             self._exchange_and_tick(time.monotonic() - self.job.started)
             events, finished = self.core.take_events(), self.core.finished
-            if events or (finished and not told):
+            if events or finished != told or time.monotonic() > speak_by:
                 told = finished
+                speak_by = time.monotonic() + _SIGN_OF_LIFE_S
                 channel.send({"events": events, "finished": finished, "late": self.late})
             lag = time.monotonic() - due
-            self.late += lag > self._period
             self._tick += 1
-            if lag > 0.5:
+            if lag < _MAX_LAG_S:
+                self.late += lag > self._period
+            else:
+                self.late += int(lag / self._period)
                 due += lag
 
     def facts(self) -> dict[str, int]:

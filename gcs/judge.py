@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from .contact import CLASSES, Collision, Pair, examine
 from .truth import Floats, Track
 
 ARRIVAL_M = 0.2  # from the target
+AWAY_M = 0.5  # a post farther than this from the start has to be reached
 PATH_END_M = 0.5  # from the last point of a path when it ends: robots follow with a lag
 SETTLE_S = 5.0  # after all were ready, before tracking counts
 TRACKING_HZ = 20
@@ -156,18 +158,19 @@ def _cut(track: Track, ready_at: float, ended_at: float) -> _Way:
 def _reached(spec: RobotSpec, team: Team, way: _Way | None) -> RobotResult:
     """Return whether and when a robot got where it should."""
     result = partial(RobotResult, name=spec.name, kind=spec.kind, system_id=spec.system_id)
-    if isinstance(spec.path, Hold):
+    goal = "goto" if isinstance(spec.path, Goto) else "hold"
+    if isinstance(spec.path, Hold) and not _is_sent_away(spec):
         return result(goal="hold")
-    if isinstance(spec.path, Goto):
+    if isinstance(spec.path, Goto | Hold):
         if way is None or not len(way.time):
-            return result(goal="goto", arrived=False)
+            return result(goal=goal, arrived=False)
         distance = _distance(spec.kind, way.position, np.array(end_point(spec, team)))
         within = np.flatnonzero(distance <= ARRIVAL_M)
         if not len(within):
-            return result(goal="goto", arrived=False, miss=float(distance.min()))
+            return result(goal=goal, arrived=False, miss=float(distance.min()))
         first = int(within[0])
         return result(
-            goal="goto",
+            goal=goal,
             arrived=True,
             arrival=float(way.time[first]),
             miss=float(distance.min()),
@@ -176,10 +179,17 @@ def _reached(spec: RobotSpec, team: Team, way: _Way | None) -> RobotResult:
     duration = path_duration(spec.path)
     if way is None or duration is None or not len(way.time) or way.time[-1] < duration - 0.02:
         return result(goal="path", arrived=False)
-    goal = np.array(end_point(spec, team))
+    place = np.array(end_point(spec, team))
     at_end = int(np.searchsorted(way.time, duration - 1e-6).clip(max=len(way.time) - 1))
-    miss = float(_distance(spec.kind, way.position[at_end : at_end + 1], goal)[0])
+    miss = float(_distance(spec.kind, way.position[at_end : at_end + 1], place)[0])
     return result(goal="path", arrived=miss <= PATH_END_M, miss=miss)
+
+
+def _is_sent_away(spec: RobotSpec) -> bool:
+    """Return whether a robot that holds shall do so elsewhere than at its start."""
+    at = spec.path.at if isinstance(spec.path, Hold) else None
+    start = spec.start
+    return at is not None and hypot(at.east - start.east, at.north - start.north) > AWAY_M
 
 
 def _path_ratio(kind: str, position: Floats, distance: Floats) -> float | None:

@@ -15,7 +15,7 @@ from ..scenarios.dump import scenario_to_yaml
 from ..scenarios.schema import Scenario
 from ..scenarios.starts import draw_starts
 from ..transport.bus import Bus, Mailbox
-from ..transport.errors import LinkError, VehicleError
+from ..transport.errors import LinkError, VehicleError, os_reason
 from ..transport.wire import Phase, VehicleState, unpack_team
 from .conductor import Clock, Died, FreeRun, Interrupted, Lockstep, Pacer
 from .coordinator import check_laws
@@ -125,8 +125,10 @@ class Run:
                 exit_code, error = INTERRUPTED, "interrupted"
             except Died as died:
                 exit_code, error = VehicleError.exit_code, crew.obituary(died)
-            except (VehicleError, OSError) as failure:  # OSError: the disk is full, say
-                exit_code, error = VehicleError.exit_code, str(failure)
+            except VehicleError as failure:
+                exit_code, error = failure.exit_code, str(failure)
+            except OSError as failure:  # the disk is full, say
+                exit_code, error = VehicleError.exit_code, os_reason(failure)
         return clock, exit_code, error
 
     def _make_folder(self) -> None:

@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from math import dist, hypot
 from time import monotonic
-from types import TracebackType
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -24,7 +23,6 @@ _STYLES = {
     Phase.WAITING: "dim",
     Phase.DONE: "green",
     Phase.DWELL: "green",
-    Phase.FAILED: "bold red",
 }
 Near = tuple[float, str]  # m, and to whom
 
@@ -51,12 +49,7 @@ class LiveView:
             self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._live:
             self._live.stop()
 
@@ -139,10 +132,8 @@ class LiveView:
     def _worst(
         self, states: Sequence[VehicleState], near: Mapping[str, Near], count: int
     ) -> list[VehicleState]:
-        """Return those who failed or are nearest to another, in the order given."""
-        ranked = sorted(
-            states, key=lambda s: (s.phase is not Phase.FAILED, self._margin(s.name, near))
-        )
+        """Return those who are nearest to another, in the order given."""
+        ranked = sorted(states, key=lambda s: self._margin(s.name, near))
         chosen = {s.name for s in ranked[:count]}
         return [s for s in states if s.name in chosen]
 

@@ -14,7 +14,7 @@ from .station import Request, Station, StationError
 ARRIVED = 0.2  # m
 START_PATIENCE_S = 30.0  # for a vehicle that refuses to arm to change its mind
 _RETRY_S = 1.0
-_LANDING_CLEARANCE = 0.9  # m, horizontally from a landing quadcopter to the nearest rover
+_LANDING_CLEARANCE = {True: 0.9, False: 0.6}  # m, horizontally to a rover, to a quadcopter
 
 Tell = Callable[[str, str], None]
 """Takes the kind of an event (phase, wait) and its text."""
@@ -120,12 +120,16 @@ class Mission:
     def _has_ended(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
         path = self.spec.path
         if isinstance(path, Goto):
-            target = reference(path, self.spec, self._team, 0.0).position
-            axes = 3 if self._flies else 2
-            return dist(me.position[:axes], target[:axes]) < ARRIVED
+            return self._is_at(reference(path, self.spec, self._team, 0.0).position, me)
         if isinstance(path, Hold):
-            return all(team[name].phase >= Phase.DWELL for name in self._movers)
+            post = reference(path, self.spec, self._team, 0.0).position
+            through = all(team[name].phase >= Phase.DWELL for name in self._movers)
+            return through and self._is_at(post, me)
         return now - self._began_at >= (path_duration(path) or 0.0)
+
+    def _is_at(self, place: Triple, me: VehicleState) -> bool:
+        axes = 3 if self._flies else 2
+        return dist(me.position[:axes], place[:axes]) < ARRIVED
 
     def _leave(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         """Go on after the dwell: fly home, land, or, once nobody moves any more, stop."""
@@ -143,9 +147,10 @@ class Mission:
     def _is_clear_below(self, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
         for other in team.values():
             away = hypot(other.position[0] - me.position[0], other.position[1] - me.position[1])
-            if other.name in self._rovers and away < _LANDING_CLEARANCE:
+            room = _LANDING_CLEARANCE[other.name in self._rovers]
+            if other.name != me.name and away < room:
                 if not self._told_wait:
-                    self._tell("wait", f"waits to land: {other.name} is below")
+                    self._tell("wait", f"waits to land: {other.name} is near")
                 self._told_wait = True
                 return False
         return True

@@ -4,7 +4,7 @@
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from ..transport.errors import VehicleError
@@ -45,6 +45,7 @@ class Request:
     what: str
     next_try: float
     heard: Texts  # what the vehicle says, as it goes on
+    asked_at: float
     tries: int = 0
     result: int | None = None
     problem: str = ""
@@ -62,7 +63,8 @@ class Request:
     @property
     def error(self) -> str:
         """Return why it was not done; the vehicle's own reason often comes after its answer."""
-        return self.problem + (f": the vehicle says {self.heard[-1][2]!r}" if self.heard else "")
+        said = [text for at, _, text in self.heard if at >= self.asked_at]
+        return self.problem + (f": the vehicle says {said[-1]!r}" if said else "")
 
 
 @dataclass(slots=True)
@@ -77,7 +79,6 @@ class VehicleStatus:
     yaw: float = 0.0
     armed: bool = False
     custom_mode: int = 0
-    landed_state: int = 0
     texts: Texts = field(default_factory=lambda: deque(maxlen=KEPT_TEXTS))
 
 
@@ -102,6 +103,8 @@ class Station:
             mav.MAVLINK_MSG_ID_GPS_RAW_INT: -1.0,
             mav.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: -1.0,
         }
+        self._unanswered_streams = len(self._wanted_streams)
+        self._streams_due = 0.0
 
     # From the vehicle
 
@@ -123,13 +126,9 @@ class Station:
                 s.quaternion = quaternion_from_euler(m.roll, m.pitch, m.yaw)
                 s.yaw = m.yaw
             case "HEARTBEAT":
-                if s.heartbeat_at < 0:
-                    self._ask_for_streams(now)
                 s.heartbeat_at = now
                 s.armed = bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED)
                 s.custom_mode = m.custom_mode
-            case "EXTENDED_SYS_STATE":
-                s.landed_state = m.landed_state
             case "STATUSTEXT":
                 text = (now, m.severity, m.text)
                 s.texts.append(text)
@@ -137,13 +136,19 @@ class Station:
             case "COMMAND_ACK":
                 self._on_ack(m)
 
-    def _ask_for_streams(self, now: float) -> None:
+    def _ask_for_streams(self, now: float) -> Iterator[Message]:
+        """Yield requests for telemetry rates, again until each has been answered."""
+        if self.status.heartbeat_at < 0 or not self._unanswered_streams or now < self._streams_due:
+            return
+        self._streams_due = now + RETRY_S
+        self._unanswered_streams = len(self._wanted_streams)
         for message_id, interval_us in self._wanted_streams.items():
-            self._outbox.append(
-                self._command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, (message_id, interval_us))
-            )
+            yield self._command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, (message_id, interval_us))
 
     def _on_ack(self, m: Message) -> None:
+        if m.command == mav.MAV_CMD_SET_MESSAGE_INTERVAL:
+            self._unanswered_streams -= 1
+            return
         request = self._requests.get(m.command)
         if request is None or m.result == mav.MAV_RESULT_IN_PROGRESS:
             return
@@ -158,10 +163,6 @@ class Station:
         """Return and forget the STATUSTEXTs since the last call."""
         taken, self._new_texts = self._new_texts, []
         return taken
-
-    def age(self, now: float) -> float | None:
-        """Return seconds since the last position; None before the first one."""
-        return now - self.status.position_at if self.status.position_at >= 0 else None
 
     # To the vehicle
 
@@ -233,6 +234,7 @@ class Station:
         for request in list(self._requests.values()):
             if now >= request.next_try:
                 self._try(request, now, out)
+        out += self._ask_for_streams(now)
         out += self._outbox
         self._outbox = []
         frames = self.codec.frames(out)
@@ -242,7 +244,9 @@ class Station:
         return b"".join(frames)
 
     def _request(self, command: int, params: tuple[float, ...], what: str, now: float) -> Request:
-        request = Request(command, params, what, next_try=now, heard=self.status.texts)
+        request = Request(
+            command, params, what, next_try=now, heard=self.status.texts, asked_at=now
+        )
         self._requests[command] = request
         return request
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from math import dist
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -48,13 +47,8 @@ class RunView:
         self._live.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._live.__exit__(kind, error, trace)
+    def __exit__(self, *_: object) -> None:
+        self._live.__exit__()
 
     def started(self, folder: Path, ports: Mapping[str, Any]) -> None:
         """Say where outside programs can connect."""

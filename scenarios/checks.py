@@ -18,6 +18,10 @@ CLEAR_UP = {1: 1.0, 2: 0.6}  # m of height between posts, by the number of quadc
 """Two quadcopters keep the distance at which coordination still counts them as one level; one is
 clear of a rover, 0.9 m tall, when its own 0.1 m do not reach down to it."""
 
+SAFE_ROOM = {0: 1.5, 1: 0.0, 2: 1.2}
+"""m between places where two robots come to stand under law `safe`, by the number of quadcopters:
+nearer, its pushes keep one of them more than 0.2 m short of its place (docstring of the law)."""
+
 LANDING_ROOM = 1.0  # m from a landing quadcopter to a rover that stands there for good
 
 Read = tuple[RobotSpec, Fields]
@@ -34,7 +38,7 @@ def check_robots(read: list[Read], team: Team) -> None:
         _check_speed(spec, fields)
     ends = [end_point(spec, team) for spec, _ in read]
     for i, j in combinations(range(len(read)), 2):
-        _check_pair(read[i][0], ends[i], read[j], ends[j])
+        _check_pair(read[i][0], ends[i], read[j], ends[j], team)
 
 
 def _check_params(spec: RobotSpec, fields: Fields) -> None:
@@ -77,10 +81,12 @@ def _check_speed(spec: RobotSpec, fields: Fields) -> None:
         )
 
 
-def _check_pair(one: RobotSpec, end: Triple, read: Read, other_end: Triple) -> None:
+def _check_pair(one: RobotSpec, end: Triple, read: Read, other_end: Triple, team: Team) -> None:
     """Refuse two robots that cannot both be where they start, arrive or come to rest."""
     other, fields = read
     contact = contact_distance(one, other)
+    quads = (one.kind, other.kind).count("quadcopter")
+    apart = max(contact, SAFE_ROOM[quads]) if team.law == "safe" else contact
     who = f"{one.name!r} and {other.name!r}"
 
     def touch(a: Sequence[float], b: Sequence[float], room: float = contact) -> bool:
@@ -93,17 +99,17 @@ def _check_pair(one: RobotSpec, end: Triple, read: Read, other_end: Triple) -> N
             f"bodies touch at {contact:g} m between centres; move one of them",
         )
     path = next((key for key in PATHS if key in fields), "start")
-    quads = (one.kind, other.kind).count("quadcopter")
     level = abs(end[2] - other_end[2]) < CLEAR_UP.get(quads, inf)
     posts = isinstance(one.path, Hold | Goto) and isinstance(other.path, Hold | Goto)
-    if posts and level and touch(end, other_end):
+    if posts and level and touch(end, other_end, apart):
         raise fields.error(
             path,
-            f"{who} are sent inside one another",
-            f"bodies touch at {contact:g} m between centres; move one target",
+            f"{who} are sent too near one another",
+            f"bodies touch at {contact:g} m between centres, law {team.law} needs {apart:g} m;"
+            " move one target",
         )
     rest, other_rest = _rest(one, end), _rest(other, other_end)
-    room = LANDING_ROOM if quads == 1 else contact
+    room = LANDING_ROOM if quads == 1 else apart
     if rest and other_rest and touch(rest, other_rest, room):
         raise fields.error(
             path,

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from ..transport.frames import Origin
-from ..vehicles.streams import SLICE_US
+from ..vehicles.config import SLICE_US
 from .checks import check_robots
 from .dump import scenario_to_yaml
 from .errors import ScenarioError, did_you_mean, show

@@ -9,8 +9,9 @@ def override(root: Node, text: str, *, last: bool, option: str = "--set") -> boo
 
     A robot made by `count` appears later, so that only the `last` attempt raises ScenarioError.
     """
-    where = f"{option} {text if text.isprintable() else show(text)}"
     path, equals, value = text.partition("=")
+    said = text if option == "--set" else value
+    where = f"{option} {said if said.isprintable() else show(said)}"
     keys = path.replace("[", ".").replace("]", "").strip().split(".")
     if not equals or not all(keys):
         raise ScenarioError(where, "not of the form key=value", "as in team.law=paper")

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from mavherd.transport.mavlink import Codec, Message, mav
-from mavherd.vehicles.config import VehicleConfig
-from mavherd.vehicles.streams import SLICE_US
+from mavherd.vehicles.config import SLICE_US, VehicleConfig
 from mavherd.vehicles.vehicle import Vehicle
 
 settings.register_profile(

@@ -10,7 +10,6 @@ import re
 import threading
 from collections import deque
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Any
 
 # One small worker pool instead of several: fewer threads, less CPU. Read at the first open().
@@ -165,12 +164,7 @@ class Bus:
     def __enter__(self) -> "Bus":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _subscribe(self, expression: str, into: Mailbox | Queue) -> None:

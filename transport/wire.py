@@ -29,7 +29,6 @@ class Phase(IntEnum):
     RETURNING = 5
     LANDING = 6
     DONE = 7
-    FAILED = 8
 
 
 class VehicleState(NamedTuple):

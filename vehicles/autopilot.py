@@ -8,7 +8,7 @@ from math import hypot
 from ..transport.frames import yaw_of
 from ..transport.mavlink import Message, mav
 from .config import VehicleConfig
-from .modes import IDENTITIES, Mode
+from .modes import AUTOPILOT, IDENTITIES, Mode
 from .position_target import Here, IllegalTarget, PositionTarget, parse
 from .robot import Robot, Setpoint, Vec3
 
@@ -20,9 +20,11 @@ LAND_SLOW_BELOW = 5.0  # m above home
 _SETTLED = 0.3  # s on the ground before motors stop
 _CLOSE = 0.2  # m: a takeoff or a leg home has arrived
 _TEXT_INTERVAL = 1.0  # s between equal STATUSTEXTs
+_MAX_TOPICS = 32  # different STATUSTEXTs within that time
 _UPDATE = 0.01  # s between two calls of `update`
 _NEVER = float("inf")
 _POSITION_ONLY = 0xDF8  # type_mask
+_HIGHEST = 10_000.0  # m, of a takeoff
 _LAND_LEAD = 0.5  # m that a landing's reference may be below the vehicle
 
 _HOLD = Setpoint()
@@ -132,7 +134,10 @@ class Autopilot:
 
     def take_off(self, height: float) -> int:
         """Climb to `height` metres above home, from where the vehicle stands."""
-        if not (self.armed and self.mode is Mode.GUIDED and not self.in_air and 0 < height < 1e4):
+        if not (self.armed and self.mode is Mode.GUIDED and not self.in_air):
+            return FAILED
+        if not _CLOSE < height < _HIGHEST:
+            self.say(f"Takeoff: {height:g} m is out of range", mav.MAV_SEVERITY_WARNING, "takeoff")
             return FAILED
         k = self._robot.kinematics()
         self._takeoff = Vec3(k.north, k.east, self.home.down - height)
@@ -160,8 +165,10 @@ class Autopilot:
         topic = topic or text
         if self.now - self._texts.get(topic, -_TEXT_INTERVAL) < _TEXT_INTERVAL:
             return
-        if len(self._texts) > 64:
-            self._texts.clear()
+        if len(self._texts) >= _MAX_TOPICS:
+            self._texts = {t: at for t, at in self._texts.items() if self.now - at < _TEXT_INTERVAL}
+            if len(self._texts) >= _MAX_TOPICS:
+                return
         self._texts[topic] = self.now
         for i in range(0, len(text), 50):
             chunk = text[i : i + 50].encode("ascii", "replace")
@@ -169,7 +176,8 @@ class Autopilot:
 
     def broadcast_heartbeat(self) -> None:
         """Tell everybody at once that mode or arming has changed."""
-        self.broadcasts.append(self.heartbeat())
+        waiting = [m for m in self.broadcasts if m.get_type() != "HEARTBEAT"]
+        self.broadcasts = [*waiting, self.heartbeat()]
 
     def heartbeat(self) -> Message:
         """Return HEARTBEAT as things are now."""
@@ -181,7 +189,7 @@ class Autopilot:
         active = self.in_air if self.flies else self.armed and self.mode is not Mode.HOLD
         message: Message = mav.MAVLink_heartbeat_message(
             self.identity.mav_type,
-            mav.MAV_AUTOPILOT_ARDUPILOTMEGA,
+            AUTOPILOT,
             flags,
             self.identity.number(self.mode),
             mav.MAV_STATE_ACTIVE if active else mav.MAV_STATE_STANDBY,

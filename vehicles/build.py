@@ -19,6 +19,7 @@ from .rover_robot import Rover
 
 PHYSICS_DT = 0.002  # s; measured against 2 kHz in the tests
 
+_RANGE = 100.0  # a parameter may be so many times its usual value, or less by as much
 _MAX_RATE_STEP = 10.0  # rad/s in one physics step
 
 ParameterSet = QuadcopterParams | QuadcopterTuning | RoverParams | RoverTuning
@@ -89,6 +90,11 @@ def _checked(kind: str, profile: str, params: Mapping[str, float]) -> dict[str, 
             raise ValueError(f"unknown {kind} parameter {name!r} ({hint})")
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{name} must be a number, got {value!r}")
+        usual = abs(known[name])
+        if value and usual and not usual / _RANGE <= abs(value) <= usual * _RANGE:
+            raise ValueError(
+                f"{name} = {value:g} is not within {usual / _RANGE:g} to {usual * _RANGE:g}"
+            )
         checked[name] = float(value)
     return checked
 

@@ -43,8 +43,9 @@ class Commands:
 
     def handle(self, message: Message, streams: Streams) -> list[Message]:
         """React to one message from the ground and return the replies to its sender's link."""
-        if message.get_srcSystem() == self._system_id or not self._is_for_me(message):
-            return []
+        sender = message.get_srcSystem(), message.get_srcComponent()
+        if sender == (self._system_id, AUTOPILOT_COMPONENT) or not self._is_for_me(message):
+            return []  # our own words come back, or somebody else is meant
         match message.get_type():
             case "SET_POSITION_TARGET_LOCAL_NED" | "SET_POSITION_TARGET_GLOBAL_INT":
                 self._autopilot.follow(message)

@@ -6,6 +6,9 @@ from typing import Any
 
 from ..transport.frames import Origin
 
+SLICE_US = 10_000
+"""Links, telemetry and state machine are looked at every 10 ms: no stream exceeds 100 Hz."""
+
 KINDS = ("quadcopter", "rover")
 PROFILES = ("default", "paper")
 DISTURBANCE_FORMS = ("off", "held", "white", "constant")

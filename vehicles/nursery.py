@@ -26,7 +26,7 @@ from .truth import TruthLog
 from .vehicle import Vehicle
 
 MAX_REQUEST = 1 << 16
-_GRACE_S = 1.0  # for vehicles to end by themselves after end-of-file
+_GRACE_S = 0.5  # for vehicles to end by themselves after end-of-file
 
 
 def main(fd: int) -> None:

@@ -12,7 +12,7 @@ from contextlib import suppress
 
 from ..transport.errors import VehicleError
 from ..transport.links import Endpoint, Link, Watcher, patience
-from .streams import SLICE_US
+from .config import SLICE_US
 from .truth import TruthLog
 from .vehicle import Conversation, Vehicle
 
@@ -25,6 +25,7 @@ LIVENESS_S = 10.0  # wall-clock patience with a partner that is silent
 _MAX_LAG_S = 0.5  # free-running: skip time rather than race to catch up by more
 _FLUSH_US = 250_000  # of vehicle time between two flushes of the truth log
 _DATAGRAM = 65535
+_MAX_SENT = 60_000  # bytes; UDP carries at most 65,507
 
 
 class VehicleProcess:
@@ -42,6 +43,7 @@ class VehicleProcess:
         self.vehicle = vehicle
         self.late = 0
         self.outside_clients = 0
+        self._skipped_s = 0.0  # fleet time that vehicle time has missed while frozen
         self._endpoints = endpoints
         self._coordinator = coordinator
         self._control = control
@@ -82,10 +84,10 @@ class VehicleProcess:
                 out.append(self._step())
             if self._truth and until_us % _FLUSH_US == 0:
                 self._truth.flush()
-            datagram = b"".join(out)
-            done = DONE.pack(vehicle.now_us, bool(datagram), self.outside_clients, self.late)
+            datagrams = _datagrams(out)
+            done = DONE.pack(vehicle.now_us, len(datagrams), self.outside_clients, self.late)
             try:
-                if datagram:
+                for datagram in datagrams:
                     coordinator.send(datagram)
                 control.sendall(done)
             except ConnectionError:  # they have ended: for us the same as end-of-file
@@ -123,8 +125,13 @@ class VehicleProcess:
             if self._truth and self.vehicle.now_us % _FLUSH_US == 0:
                 self._truth.flush()
             lag = clock() - due
-            self.late += lag > pace
-            due += pace if lag < _MAX_LAG_S else lag
+            if lag < _MAX_LAG_S:
+                self.late += lag > pace
+                due += pace
+            else:
+                self.late += int(lag / pace)
+                self._skipped_s += (lag - pace) * speed
+                due += lag
         if self._control:
             with suppress(OSError):
                 self._control.sendall(
@@ -143,7 +150,7 @@ class VehicleProcess:
         vehicle = self.vehicle
         vehicle.step()
         if self._truth:
-            self._truth.write(vehicle.now_us * 1e-6, vehicle.robot)
+            self._truth.write(vehicle.now_us * 1e-6 + self._skipped_s, vehicle.robot)
         broadcasts = vehicle.take_broadcasts()
         for link, conversation in self._outside:
             is_due = broadcasts or vehicle.now_us >= conversation.streams.next_due_us
@@ -197,6 +204,17 @@ class VehicleProcess:
     def _send_outside_heartbeat(self) -> None:
         for link, conversation in self._outside:
             link.send(conversation.codec.encode([self.vehicle.autopilot.heartbeat()]))
+
+
+def _datagrams(parts: list[bytes]) -> list[bytes]:
+    """Return `parts` joined to as few datagrams as fit; no part is torn."""
+    out: list[bytes] = []
+    for part in filter(None, parts):
+        if out and len(out[-1]) + len(part) <= _MAX_SENT:
+            out[-1] += part
+        else:
+            out.append(part)
+    return out
 
 
 def _receive_exactly(sock: socket.socket, size: int) -> bytes | None:

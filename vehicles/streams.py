@@ -1,9 +1,7 @@
 """Which telemetry a link gets, and when: one `Streams` for each link."""
 
 from ..transport.mavlink import mav
-
-SLICE_US = 10_000
-"""Telemetry is looked at every 10 ms: no stream is faster than 100 Hz."""
+from .config import SLICE_US
 
 _LONGEST_US = 2**31 - 1  # what MESSAGE_INTERVAL can say
 

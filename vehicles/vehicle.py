@@ -4,9 +4,9 @@ from ..transport.mavlink import Codec, Message, mav
 from .autopilot import Autopilot
 from .build import make_robot
 from .commands import Commands
-from .config import VehicleConfig
+from .config import SLICE_US, VehicleConfig
 from .robot import Robot
-from .streams import SLICE_US, Streams
+from .streams import Streams
 from .telemetry import Telemetry
 
 _HEARTBEAT: int = mav.MAVLINK_MSG_ID_HEARTBEAT

@@ -282,7 +282,29 @@ def test_who_holds_a_place_is_measured_until_the_longest_path_ends(track, circli
         ready_at=3.0,
     )
     assert verdict.robots[1].rmse == pytest.approx(0, abs=1e-9)
-    assert verdict.robots[1].arrived is None
+
+
+def test_who_holds_elsewhere_has_to_get_there(track):
+    away = robot("h", "quadcopter", 1, Hold(at=Point(9, 9, 2)))
+    here = robot("s", "quadcopter", 2, Hold(at=Point(0, 0, 2)))
+    stays = track("h", "quadcopter", 1, lambda t: (0, 0, 2), 20.0)
+    other = track("s", "quadcopter", 2, lambda t: (0, 5, 2), 20.0)
+    first, second = verdict_on([stays, other], specs=(away, here), ready_at=3.0).robots
+    assert first.arrived is False
+    assert second.arrived is None
+    goes = track("h", "quadcopter", 1, lambda t: (np.minimum(t, 9), np.minimum(t, 9), 2), 20.0)
+    first, _ = verdict_on([goes, other], specs=(away, here), ready_at=3.0).robots
+    assert first.arrival == pytest.approx(9 - 0.2 / 2**0.5 - 3, abs=0.02)
+
+
+def test_a_log_that_ends_early_leaves_the_separation_before_it(track):
+    specs = tuple(
+        robot(n, "quadcopter", i, Hold(at=Point(0, i, 2))) for i, n in ((1, "a"), (2, "b"))
+    )
+    short = track("a", "quadcopter", 1, lambda t: (0, 0, 2), 10.0)
+    whole = track("b", "quadcopter", 2, lambda t: (1, 0, 2), 20.0)
+    (pair,) = verdict_on([short, whole], specs=specs, ready_at=1.0).pairs
+    assert pair.min_separation == pytest.approx(1.0)
 
 
 def test_waypoints_count_as_a_path(circling):

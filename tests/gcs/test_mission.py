@@ -125,7 +125,7 @@ def test_it_does_not_land_on_a_rover(tmp_path):
     alone.run(60, until=Phase.DWELL)
     alone.run(5)
     assert alone.mission.phase is Phase.DWELL
-    assert [text for kind, text in alone.told if kind == "wait"] == ["waits to land: r is below"]
+    assert [text for kind, text in alone.told if kind == "wait"] == ["waits to land: r is near"]
     alone.others["r"] = below._replace(position=(5, 5, 0))
     alone.run(0.1)
     assert alone.mission.phase is Phase.LANDING

@@ -154,8 +154,8 @@ def test_starts_too_close_for_the_drawn_offsets_are_refused(refused, load):
         name: crowd
         robots: [{kind: rover, count: 30, spacing: 0.8, start: {east: 0, north: 0}}]
         """
-    assert "move them apart, or lower team.start_sigma_m" in refused(crowd)
-    assert len(load(crowd, "team.start_sigma_m=0").robots) == 30
+    assert "move them apart, or lower team.start_sigma_m" in refused(crowd, "team.law=off")
+    assert len(load(crowd, "team.start_sigma_m=0", "team.law=off").robots) == 30
 
 
 def test_more_robots_than_mavlink_has_ids_are_refused(refused):
@@ -173,8 +173,8 @@ def test_more_robots_than_mavlink_has_ids_are_refused(refused):
 @pytest.mark.parametrize(
     ("second", "accepted"),
     [
-        ("{kind: rover, start: {east: 9, north: 0}, goto: {east: 4.5, north: 4}}", False),
-        ("{kind: rover, start: {east: 9, north: 0}, goto: {east: 4.8, north: 4}}", True),
+        ("{kind: rover, start: {east: 9, north: 0}, goto: {east: 5.4, north: 4}}", False),
+        ("{kind: rover, start: {east: 9, north: 0}, goto: {east: 5.5, north: 4}}", True),
         ("{kind: quadcopter, start: {east: 9, north: 0}, goto: {east: 4, north: 4, up: 3}}", False),
         (
             "{kind: quadcopter, start: {east: 9, north: 0}, goto: {east: 4, north: 4, up: 3},"
@@ -212,7 +212,16 @@ def test_quadcopters_may_hover_over_one_another_at_enough_height(load, refused, 
     if accepted:
         load(text)
     else:
-        assert "robots[1].hold: 'quad1' and 'quad2' are sent inside one another" in refused(text)
+        assert "robots[1].hold: 'quad1' and 'quad2' are sent too near one another" in refused(text)
+
+
+def test_only_law_safe_needs_more_room_than_the_bodies(load, refused):
+    text = GOOD.replace(
+        "    expect:",
+        "      - {kind: rover, start: {east: 9, north: 0}, goto: {east: 5, north: 4}}\n    expect:",
+    )
+    assert "law safe needs 1.5 m" in refused(text)
+    load(text, "team.law=paper")
 
 
 @pytest.mark.parametrize(
@@ -300,5 +309,5 @@ def test_bytes_that_are_no_text_are_refused(tmp_path):
 
 
 def test_a_bad_seed_argument_is_named(load):
-    with pytest.raises(ScenarioError, match=r"^--seed seed=-1: seed: must be 0\.\."):
+    with pytest.raises(ScenarioError, match=r"^--seed -1: seed: must be 0\.\."):
         load(GOOD, seed=-1)

@@ -103,3 +103,19 @@ def test_the_disturbance_belongs_to_seed_and_system_id():
 
     assert drift(1, 1) == drift(1, 1)
     assert len({drift(1, 1), drift(1, 2), drift(2, 1)}) == 3
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [
+        ("rover", "wheel_radius", 1e-200),
+        ("rover", "half_track", 1e200),
+        ("rover", "position_p", 1e308),
+        ("quadcopter", "mass", 1e-6),
+        ("quadcopter", "rotor_inertia", 1.0),
+        ("quadcopter", "motor_lag", 1e-320),
+    ],
+)
+def test_values_far_from_any_real_vehicle_are_refused(kind, name, value):
+    with pytest.raises(ValueError, match=f"{name} = .* is not within"):
+        make_robot(VehicleConfig(kind=kind, system_id=1, params={name: value}))

@@ -294,3 +294,33 @@ def test_random_bytes_are_no_message(desk, data):
     vehicle.vehicle.handle(data, vehicle.link)
     vehicle.run(0.02)
     assert not vehicle.autopilot.armed
+
+
+def test_a_companion_computer_with_the_vehicles_own_system_id_is_answered(desk):
+    vehicle = desk("quadcopter")
+    companion = Codec(1, 191)
+    reply = vehicle.vehicle.handle(companion.encode([long(31999, ())]), vehicle.link)
+    (ack,) = Codec(9).decode(reply)
+    assert (ack.result, ack.target_system, ack.target_component) == (UNSUPPORTED, 1, 191)
+    echo = Codec(1, 1)
+    assert vehicle.vehicle.handle(echo.encode([long(31999, ())]), vehicle.link) == b""
+
+
+def test_a_takeoff_that_would_not_leave_the_ground_is_refused_with_a_reason(desk):
+    vehicle = desk("quadcopter")
+    vehicle.send(long(176, (1, 4)), long(400, (1,)))
+    (ack,) = acks(vehicle.send(long(22, (0, 0, 0, 0, 0, 0, 0.1))))
+    assert ack.result == FAILED
+    texts = [m.text for m in vehicle.run(0.1) if m.get_type() == "STATUSTEXT"]
+    assert any("out of range" in text for text in texts)
+
+
+def test_a_thousand_mode_changes_at_once_are_one_heartbeat_and_few_texts(desk):
+    vehicle = desk("quadcopter")
+    vehicle.run(0.1)
+    changes = [mav.MAVLink_set_mode_message(1, 1, 4 if k % 2 else 5) for k in range(1000)]
+    nonsense = [mav.MAVLink_set_mode_message(1, 1, 1000 + k) for k in range(1000)]
+    vehicle.send(*changes, *nonsense)
+    names = [m.get_type() for m in vehicle.run(0.01)]
+    assert names.count("HEARTBEAT") <= 2
+    assert 1 <= names.count("STATUSTEXT") <= 40

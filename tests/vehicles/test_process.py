@@ -17,7 +17,7 @@ from mavherd.transport.errors import VehicleError
 from mavherd.transport.links import TcpServer, UdpIn, listen_tcp, socket_pair_udp
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
-from mavherd.vehicles.process import DONE, GRANT, VehicleProcess
+from mavherd.vehicles.process import DONE, GRANT, VehicleProcess, _datagrams
 from mavherd.vehicles.vehicle import Vehicle
 
 HOST = "127.0.0.1"
@@ -371,3 +371,11 @@ def test_a_taken_port_is_named():
     assert done.returncode == 2
     assert f"tcp:{HOST}:{port}" in done.stderr
     assert os.linesep + "Traceback" not in done.stderr
+
+
+def test_what_does_not_fit_one_datagram_comes_in_several_and_none_is_torn():
+    parts = [bytes([k]) * 25_000 for k in range(5)]
+    datagrams = _datagrams([*parts, b""])
+    assert b"".join(datagrams) == b"".join(parts)
+    assert [len(d) for d in datagrams] == [50_000, 50_000, 25_000]
+    assert _datagrams([b"", b""]) == []

@@ -5,7 +5,8 @@ from itertools import pairwise
 import pytest
 
 from mavherd.transport.mavlink import mav
-from mavherd.vehicles.streams import DEFAULT_RATES_HZ, SLICE_US, Streams
+from mavherd.vehicles.config import SLICE_US
+from mavherd.vehicles.streams import DEFAULT_RATES_HZ, Streams
 
 HEARTBEAT = mav.MAVLINK_MSG_ID_HEARTBEAT
 ATTITUDE = mav.MAVLINK_MSG_ID_ATTITUDE
