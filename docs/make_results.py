@@ -1,6 +1,6 @@
 """Fly the paper's missions under every law and write docs/results.csv and docs/results.md.
 
-    python docs/make_results.py             all of it: about half an hour on two cores
+    python docs/make_results.py             all of it: about 20 minutes on two cores
     python docs/make_results.py --seeds 3   a taste, printed only
 
 Every run is a real one: a process for each vehicle, MAVLink over UDP, the coordinator on Zenoh.

@@ -5,6 +5,7 @@ channel FD is a `Job`. In lockstep each further line grants one tick and is answ
 is done; free-running, lines go out when there is something to tell. End-of-file means stop.
 """
 
+import gc
 import select
 import signal
 import socket
@@ -30,6 +31,7 @@ from ..transport.wire import (
     unpack_state,
 )
 from ..vehicles.config import SIMULATED_EPOCH_US
+from ..vehicles.nursery import GC_THRESHOLD
 from ..vehicles.process import LIVENESS_S
 from .coordinator import Coordinator
 
@@ -37,7 +39,8 @@ _DATAGRAM = 65535
 _REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
 _SIGN_OF_LIFE_S = 1.0  # free-running, the launcher hears from us at least so often
 _MAX_LAG_S = 0.5
-TARGET_HZ = 10  # on the bus, for those who watch; the vehicles get every one
+_LOOK_EVERY = 10  # ticks between two looks at who listens
+TARGET_HZ = 5  # on the bus, for those who watch; the vehicles get every one
 _PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
 
 
@@ -80,6 +83,8 @@ class CoordinatorProcess:
         self._team: Publisher | None = bus.publisher("team") if self.alone else None
         self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
         self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
+        self._followed: set[str] = set()  # whose states somebody listens to
+        self._watched: set[str] = set()  # and whose targets
         self._present = dict.fromkeys(own, True)
         self._tick = 0
 
@@ -179,14 +184,16 @@ class CoordinatorProcess:
                     sent[name] = 1
         for turn, (name, publisher) in enumerate(self._targets.items(), self.core.sequence):
             target = self.core.members[name].target
-            if target and turn % self._target_every == 0 and publisher.wanted:
+            if target and turn % self._target_every == 0 and name in self._watched:
                 publisher.put(pack_target(target))
         return sent
 
     def _publish(self, packed: dict[str, bytes], now: float) -> None:
-        for name, data in packed.items():
-            if not self.alone or self._states[name].wanted:
-                self._states[name].put(data)
+        if self.core.sequence % _LOOK_EVERY == 1:
+            self._followed = {n for n, p in self._states.items() if not self.alone or p.wanted}
+            self._watched = {n for n, p in self._targets.items() if p.wanted}
+        for name in self._followed:
+            self._states[name].put(packed[name])
         for name, member in self.core.members.items():
             silent = now - max(0.0, member.station.status.heartbeat_at)
             if self._present[name] != (silent < _PRESENT_S):
@@ -230,6 +237,8 @@ class CoordinatorProcess:
 def main(fd: int) -> int:
     """Serve the channel on `fd`; return the exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the launcher decides
+    gc.freeze()
+    gc.set_threshold(GC_THRESHOLD)
     channel = Channel(socket.socket(fileno=fd))
     process = None
     try:

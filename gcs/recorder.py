@@ -128,7 +128,7 @@ def _stdin_ended(timeout: float) -> bool:
 def main(argv: list[str]) -> int:
     """Run the recorder process; return its exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches us too: the launcher decides
-    os.nice(10)  # nobody waits for the recording, so it takes what the run leaves
+    os.nice(19)  # nobody waits for the recording, so it takes what the run leaves
     if len(argv) != 3:
         print("usage: python -m mavherd.gcs.recorder RUN_FOLDER ENDPOINT RUN_ID", file=sys.stderr)
         return 2

@@ -25,6 +25,7 @@ from .process import VehicleProcess
 from .truth import TruthLog
 from .vehicle import Vehicle
 
+GC_THRESHOLD = 50_000  # objects; the loops make no cycles, so looking for them seldom is enough
 MAX_REQUEST = 1 << 16
 _GRACE_S = 0.5  # for vehicles to end by themselves after end-of-file
 
@@ -40,6 +41,7 @@ def main(fd: int) -> None:
     signal.set_wakeup_fd(wake_write)
     gc.collect()
     gc.freeze()
+    gc.set_threshold(GC_THRESHOLD)
     children: set[int] = set()
     while True:
         ready, _, _ = select.select([fd, wake_read], [], [])
