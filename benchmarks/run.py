@@ -33,19 +33,6 @@ TICK_US = 50_000
 NO_PORTS = PortPlan(gcs_udp=0, api_udp=0, tcp=0)
 
 
-class Silent:
-    """Shows nothing."""
-
-    def started(self, folder: Path, ports: dict[str, Any]) -> None:
-        """Ignore."""
-
-    def update(self, now: float, states: list[Any], factor: float) -> None:
-        """Ignore."""
-
-    def event(self, event: dict[str, Any]) -> None:
-        """Ignore."""
-
-
 def vehicle_start(kind: str) -> tuple[float, float]:
     """Return seconds from starting a vehicle process to its first HEARTBEAT, and its RSS in MB."""
     port = UdpIn("127.0.0.1", 0)
@@ -133,7 +120,7 @@ def fly(**options: Any) -> tuple[dict[str, Any], float]:
     before = cpu_seconds()
     with tempfile.TemporaryDirectory() as folder:
         settings = RunOptions(out=Path(folder), figures=False, ports=NO_PORTS, **options)
-        report = Run(load_scenario(SCENARIO), settings, Silent()).execute().report
+        report = Run(load_scenario(SCENARIO), settings).execute().report
     return report, cpu_seconds() - before
 
 

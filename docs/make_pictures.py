@@ -4,7 +4,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from make_results import Silent
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -24,7 +23,7 @@ def fly(mission: str, law: str, folder: Path) -> tuple[list[Any], dict[str, Any]
     """Run once; return the tracks of the way out and the report."""
     scenario = load_scenario(mission, [f"team.law={law}"], seed=1)
     options = RunOptions(out=folder, record=False, figures=False, ports=NO_PORTS)
-    outcome = Run(scenario, options, Silent()).execute()
+    outcome = Run(scenario, options).execute()
     folders = sorted((outcome.folder / "vehicles").iterdir())
     return [read_truth(vehicle / "truth.bin") for vehicle in folders], outcome.report
 

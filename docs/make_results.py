@@ -67,19 +67,6 @@ FIELDS = (
 Row = dict[str, Any]
 
 
-class Silent:
-    """Shows nothing."""
-
-    def started(self, folder: Path, ports: dict[str, Any]) -> None:
-        """Ignore."""
-
-    def update(self, now: float, states: list[Any], factor: float) -> None:
-        """Ignore."""
-
-    def event(self, event: dict[str, Any]) -> None:
-        """Ignore."""
-
-
 def fly(mission: str, law: str, disturbance: str, seed: int, out: Path) -> Row:
     """Run once and return what the table is made of."""
     name, changes = (CLOSER[0], CLOSER[1]) if mission == CLOSER_NAME else (mission, [])
@@ -88,7 +75,7 @@ def fly(mission: str, law: str, disturbance: str, seed: int, out: Path) -> Row:
     options = RunOptions(
         out=out, record=False, figures=False, ports=PortPlan(gcs_udp=0, api_udp=0, tcp=0)
     )
-    report = Run(scenario, options, Silent()).execute().report
+    report = Run(scenario, options).execute().report
     robots = {robot["name"]: robot for robot in report["robots"]}
     classes = {c["class"]: c for c in report["classes"]}
 

@@ -55,17 +55,30 @@ class View(Protocol):
         ...
 
 
+class Unseen:
+    """A view that shows nothing, for scripts."""
+
+    def started(self, folder: Path, ports: dict[str, Any]) -> None:
+        """Show nothing."""
+
+    def update(self, now: float, states: list[VehicleState], factor: float) -> None:
+        """Show nothing."""
+
+    def event(self, event: dict[str, Any]) -> None:
+        """Show nothing."""
+
+
 class Run:
     """One run of one scenario."""
 
-    def __init__(self, scenario: Scenario, options: RunOptions, view: View) -> None:
+    def __init__(self, scenario: Scenario, options: RunOptions, view: View | None = None) -> None:
         check_laws(scenario)
         self.scenario = scenario
         self.options = options
         self.starts = draw_starts(scenario)
         stamp = time.strftime("%Y%m%d-%H%M%S")
         self.folder = options.out / f"{scenario.name}-{stamp}-{secrets.token_hex(2)}"
-        self._view = view
+        self._view = view or Unseen()
         self._signals = 0
         self._active: set[str] = set()  # vehicles that have begun their path
         self._ready_at: float | None = None
