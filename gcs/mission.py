@@ -14,7 +14,9 @@ from .station import Request, Station, StationError
 ARRIVED = 0.2  # m
 START_PATIENCE_S = 30.0  # for a vehicle that refuses to arm to change its mind
 _RETRY_S = 1.0
-_LANDING_CLEARANCE = {True: 0.9, False: 0.6}  # m, horizontally to a rover, to a quadcopter
+_ROVER_CLEARANCE = 0.9  # m, horizontally from where a quadcopter lands to any rover,
+_LANDING_CLEARANCE = 0.6  # to another that is landing,
+_PARKED_CLEARANCE = 0.5  # and to one that has landed
 
 Tell = Callable[[str, str], None]
 """Takes the kind of an event (phase, wait) and its text."""
@@ -147,13 +149,20 @@ class Mission:
     def _is_clear_below(self, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
         for other in team.values():
             away = hypot(other.position[0] - me.position[0], other.position[1] - me.position[1])
-            room = _LANDING_CLEARANCE[other.name in self._rovers]
-            if other.name != me.name and away < room:
+            if other.name != me.name and away < self._landing_room(other):
                 if not self._told_wait:
                     self._tell("wait", f"waits to land: {other.name} is near")
                 self._told_wait = True
                 return False
         return True
+
+    def _landing_room(self, other: VehicleState) -> float:
+        """Return the room to keep from `other`; one that flies on gives way itself."""
+        if other.name in self._rovers:
+            return _ROVER_CLEARANCE
+        if other.phase is Phase.LANDING:
+            return _LANDING_CLEARANCE
+        return _PARKED_CLEARANCE if other.phase is Phase.DONE else 0.0
 
     def _land(self, now: float, me: VehicleState) -> None:
         """Land (a rover only stops), and be done once disarmed."""

@@ -131,6 +131,27 @@ def test_it_does_not_land_on_a_rover(tmp_path):
     assert alone.mission.phase is Phase.LANDING
 
 
+@pytest.mark.parametrize(
+    ("phase", "away", "waits"),
+    [
+        (Phase.LANDING, 0.55, True),
+        (Phase.LANDING, 0.65, False),
+        (Phase.DONE, 0.45, True),
+        (Phase.DONE, 0.55, False),
+        (Phase.DWELL, 0.45, False),
+    ],
+)
+def test_it_does_not_land_beside_another_that_lands_or_stands(tmp_path, phase, away, waits):
+    second = ROVER.replace("rover", "quadcopter")
+    alone = Alone(scenario_of(tmp_path, ONE.replace("THEN", "land") + second))
+    alone.others["r"] = alone.state("r", (20, 0, 0), Phase.DWELL)
+    alone.run(60, until=Phase.DWELL)
+    place = alone.state().position
+    alone.others["r"] = alone.state("r", (place[0] + away, place[1], 0), phase)
+    alone.run(5)
+    assert (alone.mission.phase is Phase.DWELL) == waits
+
+
 def test_arming_is_retried_until_the_vehicle_agrees(alone, monkeypatch):
     reasons = {"no": "Gyros inconsistent"}
     monkeypatch.setattr(alone.vehicle.autopilot, "arming_refusal", lambda: reasons.get("no"))
