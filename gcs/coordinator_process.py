@@ -83,6 +83,7 @@ class CoordinatorProcess:
         self._team: Publisher | None = bus.publisher("team") if self.alone else None
         self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
         self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
+        self._packed: dict[str, bytes] = {}  # our states of this tick
         self._followed: set[str] = set()  # whose states somebody listens to
         self._watched: set[str] = set()  # and whose targets
         self._present = dict.fromkeys(own, True)
@@ -93,8 +94,9 @@ class CoordinatorProcess:
         for sock in self.sockets.values():
             patience(sock, LIVENESS_S)
         while True:
-            grant = channel.receive()
-            if grant is None:
+            grant = channel.receive(None if self.alone else _REPEAT_S)
+            if grant is None:  # somebody may wait for a state of ours that it has missed
+                self._repeat()
                 continue
             now = grant["until_us"] * 1e-6
             for (name, sock), expected in zip(self.sockets.items(), grant["expect"], strict=True):
@@ -169,7 +171,7 @@ class CoordinatorProcess:
     def _exchange_and_tick(self, now: float) -> dict[str, int]:
         """Share states, decide, send; return the number of datagrams for each vehicle."""
         states = self.core.states()
-        packed = {state.name: pack_state(state) for state in states}
+        packed = self._packed = {state.name: pack_state(state) for state in states}
         self._publish(packed, now)
         if self._team:
             known = [packed[state.name] for state in states if state.time >= 0]
@@ -230,8 +232,12 @@ class CoordinatorProcess:
             if time.monotonic() > deadline:
                 raise VehicleError(f"no state of {', '.join(late)} came over Zenoh at {now:.2f} s")
             if not self._others.arrived.wait(_REPEAT_S):
-                for name, data in own.items():
-                    self._states[name].put(data)
+                self._repeat()
+
+    def _repeat(self) -> None:
+        """Send our newest states again, for coordinators whose subscription came too late."""
+        for name, data in self._packed.items():
+            self._states[name].put(data)
 
 
 def main(fd: int) -> int:
