@@ -143,7 +143,11 @@ class Sandbox:
         def said() -> Path | None:
             folder = self.run_folder()
             log = folder and folder / "events.jsonl"
-            return folder if log and log.exists() and text in log.read_text() else None
+            if log and log.exists() and text in log.read_text():
+                return folder
+            ended = self._started[-1].poll()
+            assert ended is None, f"ended with {ended}: {self._started[-1].communicate()}"
+            return None
 
         return self.wait_for(said, f"an event with {text}")
 
