@@ -112,7 +112,8 @@ def test_at_a_terminal(sandbox):
 
 def test_with_a_frozen_vehicle(sandbox):
     process = long_run(sandbox, "--speed=1", "--no-record")
-    sandbox.wait_for_run()
+    truth = sandbox.wait_for_run() / "vehicles/rover1/truth.bin.part"
     os.kill(sandbox.part("quad1"), signal.SIGSTOP)
-    time.sleep(0.3)  # now everybody waits for it
+    # Everybody waits for it once the others' logs, written four times a second, have stopped.
+    sandbox.wait_for(lambda: time.time() - truth.stat().st_mtime > 0.6, "a stand-still")
     interrupt(sandbox, process)

@@ -6,7 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavherd.gcs.station import COMPONENT_ID, RETRY_S, SYSTEM_ID, TRIES, Station
+from mavherd.gcs.station import (
+    COMPONENT_ID,
+    RETRY_S,
+    SYSTEM_ID,
+    TRIES,
+    Station,
+    VehicleStatus,
+)
 from mavherd.transport.frames import quaternion_from_euler
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
@@ -131,7 +138,8 @@ def test_the_tap_sees_every_byte_of_both_directions(pair):
 def test_random_bytes_from_a_vehicle_do_no_harm(data):
     station = Station("q", 5, RATE_HZ)
     station.receive(data, 1.0)
-    station.transmit(1.0)
+    assert station.status == VehicleStatus()
+    assert station.transmit(1.0)
 
 
 # What it asks

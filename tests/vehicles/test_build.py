@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from mavherd.vehicles.build import make_robot, parameter_names
+from mavherd.vehicles.build import PHYSICS_DT, make_robot, parameter_names
 from mavherd.vehicles.config import Disturbance, VehicleConfig
 from mavherd.vehicles.robot import Setpoint, Vec3
 
@@ -79,7 +79,7 @@ def test_no_parameter_takes_a_value_that_is_no_quantity(kind, value):
 
 
 def test_whole_numbers_are_numbers():
-    make_robot(config("rover", mass=9))
+    assert make_robot(config("rover", mass=9)).dt == PHYSICS_DT
 
 
 def test_constants_too_small_for_the_time_step_are_refused():
