@@ -7,7 +7,7 @@ from ..scenarios.paths import path_duration, reference, takeoff_up
 from ..scenarios.schema import Goto, Hold, RobotSpec, Scenario
 from ..transport.frames import Triple
 from ..transport.wire import Phase, VehicleState
-from ..vehicles.modes import IDENTITIES, Mode
+from ..vehicles.flight.modes import IDENTITIES, Mode
 from .laws import Nominal
 from .station import Request, Station, StationError
 

@@ -1,6 +1,6 @@
 """Flight mode names for people."""
 
-from ..vehicles.modes import IDENTITIES
+from ..vehicles.flight.modes import IDENTITIES
 
 # Modes of ArduPilot that our own vehicles do not have and outside vehicles may be in.
 _OTHERS = {

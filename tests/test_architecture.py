@@ -25,8 +25,9 @@ PHYSICS = ("quadcopter", "rover", "physics", "mixer", "pid", "quadcopter_control
 PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "functools"}
 SANS_IO = (
     *(f"transport/{name}" for name in ("mavlink", "frames", "wire")),
-    *(f"vehicles/{name}" for name in ("autopilot", "commands", "position_target", "streams")),
-    *(f"vehicles/{name}" for name in ("telemetry", "vehicle")),
+    *(f"vehicles/flight/{name}" for name in ("autopilot", "position_target")),
+    *(f"vehicles/protocol/{name}" for name in ("commands", "streams", "telemetry")),
+    "vehicles/vehicle",
     *(f"gcs/{name}" for name in ("station", "mission", "coordinator")),
 )
 MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))

@@ -1,13 +1,13 @@
 """One vehicle, sans I/O: messages and time in, messages out. Same inputs, same bytes."""
 
 from ..transport.mavlink import Codec, Message, mav
-from .autopilot import Autopilot
+from .flight.autopilot import Autopilot
 from .build import make_robot
-from .commands import Commands
+from .protocol.commands import Commands
 from .config import SLICE_US, VehicleConfig
 from .robot import Robot
-from .streams import Streams
-from .telemetry import Telemetry
+from .protocol.streams import Streams
+from .protocol.telemetry import Telemetry
 
 _HEARTBEAT: int = mav.MAVLINK_MSG_ID_HEARTBEAT
 

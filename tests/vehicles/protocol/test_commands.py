@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mavherd.transport.mavlink import Codec, mav
-from mavherd.vehicles.streams import DEFAULT_RATES_HZ
+from mavherd.vehicles.protocol.streams import DEFAULT_RATES_HZ
 
 ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
 KNOWN_COMMANDS = {20, 21, 22, 176, 400, 410, 510, 511, 512, 520}

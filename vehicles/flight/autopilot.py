@@ -5,12 +5,12 @@ MAVLink commands reach it through `commands.py`; what it wants flown comes out a
 
 from math import hypot
 
-from ..transport.frames import yaw_of
-from ..transport.mavlink import Message, mav
-from .config import VehicleConfig
+from ...transport.frames import yaw_of
+from ...transport.mavlink import Message, mav
+from ..config import VehicleConfig
 from .modes import AUTOPILOT, IDENTITIES, Mode
 from .position_target import Here, IllegalTarget, PositionTarget, parse
-from .robot import Robot, Setpoint, Vec3
+from ..robot import Robot, Setpoint, Vec3
 
 DISARM_DELAY = 10.0  # s on the ground, armed, without a takeoff (ArduPilot's DISARM_DELAY)
 RTL_ALTITUDE = 15.0  # m above home (ArduPilot's RTL_ALT)

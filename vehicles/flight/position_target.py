@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from math import cos, hypot, isfinite, sin
 
-from ..transport.frames import Origin, wrap_angle
-from ..transport.mavlink import Message, mav
-from .robot import Setpoint, Vec3
+from ...transport.frames import Origin, wrap_angle
+from ...transport.mavlink import Message, mav
+from ..robot import Setpoint, Vec3
 
 POSITION_IGNORE = 0x007
 VELOCITY_IGNORE = 0x038

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mavherd.transport.frames import Origin
 from mavherd.transport.mavlink import Codec, mav
-from mavherd.vehicles.position_target import Here, IllegalTarget, PositionTarget, parse
+from mavherd.vehicles.flight.position_target import Here, IllegalTarget, PositionTarget, parse
 from mavherd.vehicles.robot import Setpoint, Vec3
 
 ORIGIN = Origin()

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from math import isfinite
 
-from ..transport.mavlink import AUTOPILOT_COMPONENT, Message, mav
-from .autopilot import ACCEPTED, DENIED, Autopilot
-from .modes import Mode
+from ...transport.mavlink import AUTOPILOT_COMPONENT, Message, mav
+from ..flight.autopilot import ACCEPTED, DENIED, Autopilot
+from ..flight.modes import Mode
 from .streams import Streams
 from .telemetry import Telemetry
 

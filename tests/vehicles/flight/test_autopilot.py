@@ -6,7 +6,7 @@ import pytest
 
 from mavherd.transport.frames import wrap_angle, yaw_of
 from mavherd.transport.mavlink import mav
-from mavherd.vehicles.autopilot import DISARM_DELAY, RTL_ALTITUDE
+from mavherd.vehicles.flight.autopilot import DISARM_DELAY, RTL_ALTITUDE
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
 ARM, TAKEOFF, LAND, RTL, SET_MODE = 400, 22, 21, 20, 176

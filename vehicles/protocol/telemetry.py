@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from math import asin, atan2, cos, degrees, pi, sin
 
-from ..transport.frames import yaw_of
-from ..transport.mavlink import Message, mav
-from .autopilot import Autopilot
-from .modes import FIRMWARE_VERSION
-from .robot import Robot, Vec3
+from ...transport.frames import yaw_of
+from ...transport.mavlink import Message, mav
+from ..flight.autopilot import Autopilot
+from ..flight.modes import FIRMWARE_VERSION
+from ..robot import Robot, Vec3
 
 _NAN = float("nan")
 _SENSORS = (

@@ -1,7 +1,7 @@
 """Which telemetry a link gets, and when: one `Streams` for each link."""
 
-from ..transport.mavlink import mav
-from .config import SLICE_US
+from ...transport.mavlink import mav
+from ..config import SLICE_US
 
 _LONGEST_US = 2**31 - 1  # what MESSAGE_INTERVAL can say
 

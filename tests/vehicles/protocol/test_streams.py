@@ -6,7 +6,7 @@ import pytest
 
 from mavherd.transport.mavlink import mav
 from mavherd.vehicles.config import SLICE_US
-from mavherd.vehicles.streams import DEFAULT_RATES_HZ, Streams
+from mavherd.vehicles.protocol.streams import DEFAULT_RATES_HZ, Streams
 
 HEARTBEAT = mav.MAVLINK_MSG_ID_HEARTBEAT
 ATTITUDE = mav.MAVLINK_MSG_ID_ATTITUDE

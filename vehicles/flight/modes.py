@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from ..transport.mavlink import mav
+from ...transport.mavlink import mav
 
 
 class Mode(Enum):

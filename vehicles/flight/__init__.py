@@ -1,0 +1,1 @@
+"""What a vehicle decides: modes, arming, missions, failsafes."""

@@ -1,0 +1,1 @@
+"""What a vehicle says: one module for each MAVLink service."""
