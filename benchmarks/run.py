@@ -8,6 +8,7 @@ without the processes, the sockets and the bus.
 """
 
 import argparse
+import os
 import platform
 import resource
 import statistics
@@ -23,8 +24,9 @@ from mavherd.gcs.launcher import Run, RunOptions
 from mavherd.gcs.ports import PortPlan
 from mavherd.scenarios.loader import load_scenario
 from mavherd.scenarios.starts import draw_starts
-from mavherd.transport.links import UdpIn, Watcher
-from mavherd.transport.mavlink import Codec
+from mavherd.transport.links import UdpIn
+from mavherd.transport.mavlink import Codec, mav
+from mavherd.transport.watcher import Watcher
 from mavherd.vehicles.config import VehicleConfig
 from mavherd.vehicles.vehicle import Vehicle
 
@@ -68,6 +70,52 @@ def resident_mb(pid: int) -> float:
     return int(kilobytes.stdout) / 1024
 
 
+def serving(kind: str, clients: int, seconds: float = 10.0) -> float:
+    """Return the CPU share of a vehicle process at real time with so many clients attached.
+
+    Each client is a ground station on a UDP socket of its own that sends heartbeats and gets
+    every stream that flows unasked, as QGroundControl or MAVSDK do.
+    """
+    ports = [UdpIn("127.0.0.1", 0) for _ in range(max(clients, 1))]
+    targets = [text for p in ports for text in ("--udpout", f"127.0.0.1:{p.port}")]
+    codecs = [Codec(255 - number, 190) for number in range(clients)]
+    heartbeat = mav.MAVLink_heartbeat_message(
+        mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID, 0, 0, mav.MAV_STATE_ACTIVE, 3
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mavherd", "vehicle", kind, "--tcp", "0", *targets],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        watcher, begun, used, beat_at = Watcher(ports), 0.0, 0.0, 0.0
+        while True:
+            watcher.wait(0.1)
+            now = time.perf_counter()
+            beat, beat_at = now >= beat_at, beat_at if now < beat_at else now + 1
+            for number, port in enumerate(ports):
+                for _ in port.receive():
+                    begun = begun or now
+                if beat and number < clients:
+                    for link in port.links():
+                        link.send(codecs[number].encode([heartbeat]))
+            if begun and not used and now - begun > 2.0:  # start-up is another row
+                begun, used = now, process_cpu_seconds(process.pid)
+            elif used and now - begun > seconds:
+                return (process_cpu_seconds(process.pid) - used) / (now - begun)
+    finally:
+        process.terminate()
+        process.wait()
+        for port in ports:
+            port.close()
+
+
+def process_cpu_seconds(pid: int) -> float:
+    """Return the CPU seconds that a running process has used (Linux)."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def floors() -> dict[str, float]:
     """Return CPU seconds per simulated second of the parts of a run, in this one process."""
     scenario = load_scenario(SCENARIO)
@@ -79,7 +127,7 @@ def floors() -> dict[str, float]:
                 name=spec.name,
                 north=spec.start.north,
                 east=spec.start.east,
-                setpoint_timeout=0.5,
+                params={"GUID_TIMEOUT": 0.5},
                 latch_position=False,
             )
         )
@@ -143,6 +191,15 @@ def main() -> None:
         starts = [vehicle_start(kind) for _ in range(args.repeats)]
         ready, memory = (statistics.median(column) for column in zip(*starts, strict=True))
         print(f"| {kind} | {ready:.2f} | {memory:.0f} |")
+
+    print("\n| at real time | CPU, no client | CPU, four clients | with / without |")
+    print("| --- | --- | --- | --- |")
+    for kind in ("quadcopter", "rover"):
+        alone, four = (
+            statistics.median(serving(kind, clients) for _ in range(args.repeats))
+            for clients in (0, 4)
+        )
+        print(f"| {kind} | {alone:.1%} | {four:.1%} | {four / alone:.2f} |")
 
     parts = [floors() for _ in range(args.repeats)]
     floor = {part: statistics.median(p[part] for p in parts) for part in parts[0]}

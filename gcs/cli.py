@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from .. import __version__
-from ..transport.errors import LinkError, MavherdError, os_reason
+from ..transport.errors import MavherdError, os_reason
+from . import vehicle_command
+from .vehicle_command import port
 
 _EPILOG = """\
 first steps:
@@ -33,18 +35,6 @@ examples:
 
 A ground station can watch on UDP 14550 at any time; other ports are printed at the start.
 """
-
-_VEHICLE_EPILOG = """\
-examples:
-  mavherd vehicle quadcopter                           sends to UDP 14550 and 14540, serves TCP 5760
-  mavherd vehicle rover --sysid 2 --position 4,4,0     sends to UDP 14550 and 14541, serves TCP 5770
-  mavherd vehicle quadcopter --tcp 0 --udpin 127.0.0.1:14600 --param mass=1.4
-
-Connect with  mavproxy.py --master tcp:127.0.0.1:5760  or  QGroundControl (UDP 14550).
-"""
-
-
-_FARTHEST = 1e5  # m that a vehicle may start from its origin
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -141,47 +131,6 @@ def _digest(args: argparse.Namespace) -> int:
     return 0
 
 
-def _vehicle(args: argparse.Namespace) -> int:
-    from ..transport.frames import Origin
-    from ..vehicles.config import MAX_SYSTEM_ID, VehicleConfig
-    from ..vehicles.standalone import serve
-    from .ports import PortPlan
-
-    if not 1 <= args.sysid <= MAX_SYSTEM_ID:
-        raise MavherdError(f"--sysid {args.sysid}: system ids are 1..{MAX_SYSTEM_ID}")
-    instance = args.sysid - 1 if args.instance is None else args.instance
-    if not 0 <= instance <= MAX_SYSTEM_ID:
-        raise MavherdError(f"--instance {instance}: instances are 0..{MAX_SYSTEM_ID}")
-    lat_deg, lon_deg, alt_m, heading_deg = _numbers(args.home, 4, "--home LAT,LON,ALT,HEADING_DEG")
-    east, north, up = _numbers(args.position, 3, "--position E,N,U")
-    if max(map(abs, (east, north, up))) > _FARTHEST:
-        raise MavherdError(f"--position {args.position}: at most {_FARTHEST:g} m from the origin")
-    plan = PortPlan(tcp=args.tcp)
-    try:
-        config = VehicleConfig(
-            kind=args.kind,
-            system_id=args.sysid,
-            name=args.name or f"{args.kind}{args.sysid}",
-            origin=Origin(lat_deg, lon_deg, alt_m),
-            north=north,
-            east=east,
-            down=-up,
-            yaw=math.radians(heading_deg),
-            profile=args.profile,
-            params=dict(_parameter(text) for text in args.param),
-        )
-        return serve(
-            config,
-            tcp=plan.listen(instance) if args.tcp is not None or not args.udpin else None,
-            udpin=args.udpin,
-            udpout=args.udpout
-            or ([] if args.udpin else [f"{h}:{p}" for h, p in plan.udp_targets(instance)]),
-            speed=args.speed,
-        )
-    except (ValueError, ArithmeticError) as error:
-        raise MavherdError(f"vehicle: {error}") from None
-
-
 def _speed(text: str | None, lockstep: bool) -> float | None:
     """Return the factor asked for, None for "max"."""
     if text in (None, "max"):
@@ -195,25 +144,6 @@ def _speed(text: str | None, lockstep: bool) -> float | None:
     if not lockstep and speed != 1:
         raise MavherdError("--speed: free-running follows the wall clock; leave out one of the two")
     return speed
-
-
-def _numbers(text: str, count: int, what: str) -> list[float]:
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise LinkError(f"{what}: {text!r} is not {count} numbers with commas between them")
-    return values
-
-
-def _parameter(text: str) -> tuple[str, float]:
-    name, equals, value = text.partition("=")
-    try:
-        return name, float(value)
-    except ValueError:
-        problem = "is not a number" if equals else "has no value"
-        raise MavherdError(f"--param {text}: {name} {problem}; write --param NAME=VALUE") from None
 
 
 class _Parser(argparse.ArgumentParser):
@@ -264,47 +194,19 @@ def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--no-record", dest="record", action="store_false", help="leave out the Rerun recording"
     )
     ports = run.add_argument_group("ports (0 opens none)")
-    ports.add_argument("--gcs-udp", type=_port, metavar="PORT", help="all vehicles send to (14550)")
+    ports.add_argument("--gcs-udp", type=port, metavar="PORT", help="all vehicles send to (14550)")
     ports.add_argument(
-        "--api-udp", type=_port, metavar="PORT", help="vehicle i sends to PORT + i (14540)"
+        "--api-udp", type=port, metavar="PORT", help="vehicle i sends to PORT + i (14540)"
     )
     ports.add_argument(
-        "--tcp", type=_port, metavar="PORT", help="vehicle i serves PORT + 10 i (5760 or next free)"
+        "--tcp", type=port, metavar="PORT", help="vehicle i serves PORT + 10 i (5760 or next free)"
     )
 
 
 def _add_vehicle(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from ..vehicles.config import KINDS, PROFILES
-
-    vehicle = _add(
-        commands, "vehicle", _vehicle, "one MAVLink vehicle by hand, until Ctrl-C", _VEHICLE_EPILOG
-    )
-    vehicle.add_argument("kind", choices=KINDS)
-    vehicle.add_argument("--sysid", type=int, default=1, metavar="N", help="system id, 1..240 (1)")
-    vehicle.add_argument("--instance", type=int, metavar="I", help="for the ports (sysid - 1)")
-    vehicle.add_argument("--name", help="for the log (kind and system id)")
-    vehicle.add_argument(
-        "--home",
-        default="47.3977,8.5456,488,0",
-        metavar="LAT,LON,ALT,HEADING_DEG",
-        help="origin of local positions, and the compass heading at the start (%(default)s)",
-    )
-    vehicle.add_argument(
-        "--position", default="0,0,0", metavar="E,N,U", help="start from there, m (%(default)s)"
-    )
-    vehicle.add_argument(
-        "--speed", type=float, default=1.0, metavar="S", help="times real time (1)"
-    )
-    vehicle.add_argument("--profile", choices=PROFILES, default="default", help="gains (default)")
-    vehicle.add_argument(
-        "--param", action="append", default=[], metavar="NAME=VALUE", help="any constant or gain"
-    )
-    vehicle.add_argument("--tcp", type=_port, metavar="PORT", help="serve here; 0 serves none")
-    vehicle.add_argument(
-        "--udpin", action="append", default=[], metavar="HOST:PORT", help="answer who sends here"
-    )
-    vehicle.add_argument(
-        "--udpout", action="append", default=[], metavar="HOST:PORT", help="send there"
+    text = "honest MAVLink vehicles by hand, until Ctrl-C"
+    vehicle_command.add_options(
+        _add(commands, "vehicle", vehicle_command.run, text, vehicle_command.EPILOG)
     )
 
 
@@ -336,9 +238,3 @@ def _add_scenario_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="change one key, such as team.law=paper (may be repeated)",
     )
-
-
-def _port(text: str) -> int:
-    if not (text.isdecimal() and len(text) <= 5 and int(text) <= 65535):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0..65535")
-    return int(text)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from ..scenarios.schema import RobotSpec, Scenario
 from ..transport.frames import quaternion_to_enu, swap_ned_enu, swap_yaw, yaw_of
 from ..transport.wire import Phase, Target, VehicleState
-from ..vehicles.build import parameter_names
+from ..vehicles.build import parameter_values
 from .laws import HOLD, Command, Law, Peer, make_law
 from .mission import Mission
 from .station import Station, StationError, Tap
@@ -33,7 +33,7 @@ class Member:
         self.spec = spec
         self.station = Station(spec.name, spec.system_id, team.rate_hz, tap)
         self.mission = Mission(spec, scenario, self.station, self._tell)
-        v_max = {**parameter_names(spec.kind, spec.profile), **spec.params}["v_max"]
+        v_max = parameter_values(spec.kind, spec.profile, spec.params)["v_max"]
         self.law: Law = make_law(
             team.law,
             kind=spec.kind,

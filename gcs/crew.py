@@ -115,10 +115,9 @@ class Crew:
             down=-(spec.start.up or 0.0),
             yaw=pi / 2 - spec.heading,
             profile=spec.profile,
-            params=spec.params,
+            params={"GUID_TIMEOUT": team.setpoint_timeout_s, **spec.params},
             disturbance=spec.disturbance or self._scenario.disturbance,
             seed=self._scenario.seed,
-            setpoint_timeout=team.setpoint_timeout_s,
             latch_position=False,
         )
 

@@ -7,7 +7,8 @@ from ..scenarios.paths import path_duration, reference, takeoff_up
 from ..scenarios.schema import Goto, Hold, RobotSpec, Scenario
 from ..transport.frames import Triple
 from ..transport.wire import Phase, VehicleState
-from ..vehicles.flight.modes import IDENTITIES, Mode
+from ..vehicles.flight.modes import Mode
+from ..vehicles.flight.personality import ARDUPILOT
 from .laws import Nominal
 from .station import Request, Station, StationError
 
@@ -35,7 +36,7 @@ class Mission:
         self._station = station
         self._tell = tell
         self._flies = spec.kind == "quadcopter"
-        self._identity = IDENTITIES[spec.kind]
+        self._modes = ARDUPILOT.modes[spec.kind]
         self._movers = {r.name for r in scenario.robots if not isinstance(r.path, Hold)}
         self._rovers = {r.name for r in scenario.robots if r.kind == "rover"}
         self._ground = spec.start.up or 0.0
@@ -95,7 +96,7 @@ class Mission:
     def _start(self, now: float, me: VehicleState) -> None:
         """Have the mode set, then arming, then a takeoff, each accepted before the next."""
         station = self._station
-        guided = self._identity.number(Mode.GUIDED)
+        guided = self._modes.number(Mode.GUIDED)
         if me.custom_mode != guided:
             self._ask("mode", now, lambda: station.set_mode(guided, now))
         elif not me.armed:
@@ -170,10 +171,10 @@ class Mission:
         if not me.armed:
             self._enter(Phase.DONE, now)
         elif self._flies:
-            if me.custom_mode != self._identity.number(Mode.LAND):
+            if me.custom_mode != self._modes.number(Mode.LAND):
                 self._ask("landing", now, lambda: station.land(now))
-        elif me.custom_mode != self._identity.number(Mode.HOLD):
-            hold = self._identity.number(Mode.HOLD)
+        elif me.custom_mode != self._modes.number(Mode.HOLD):
+            hold = self._modes.number(Mode.HOLD)
             self._ask("mode", now, lambda: station.set_mode(hold, now))
         else:
             self._ask("disarming", now, lambda: station.disarm(now))

@@ -100,6 +100,7 @@ class Station:
             mav.MAVLINK_MSG_ID_LOCAL_POSITION_NED: interval_us,
             mav.MAVLINK_MSG_ID_ATTITUDE: 2 * interval_us,
             mav.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: -1.0,
+            mav.MAVLINK_MSG_ID_VFR_HUD: -1.0,
             mav.MAVLINK_MSG_ID_GPS_RAW_INT: -1.0,
             mav.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: -1.0,
         }

@@ -5,7 +5,7 @@ from itertools import combinations
 from math import hypot, inf
 
 from ..transport.frames import Triple
-from ..vehicles.build import make_robot, parameter_names
+from ..vehicles.build import accepted_names, make_robot, parameter_values
 from ..vehicles.config import VehicleConfig
 from .errors import did_you_mean
 from .paths import end_point
@@ -46,7 +46,7 @@ def _check_params(spec: RobotSpec, fields: Fields) -> None:
     if not spec.params:
         return
     params = fields.mapping("params", None)
-    known = parameter_names(spec.kind, spec.profile)
+    known = accepted_names(spec.kind, spec.profile)
     for name in spec.params:
         if name not in known:
             raise params.error(
@@ -55,7 +55,7 @@ def _check_params(spec: RobotSpec, fields: Fields) -> None:
     if problem := _why_not(spec, spec.params):
         for name, value in spec.params.items():
             if alone := _why_not(spec, {name: value}):
-                raise params.error(name, alone.removeprefix(f"{name} "))
+                raise params.error(name, alone.removeprefix(name).lstrip(": "))
         raise fields.error("params", problem)
 
 
@@ -71,7 +71,7 @@ def _why_not(spec: RobotSpec, params: dict[str, float]) -> str:
 def _check_speed(spec: RobotSpec, fields: Fields) -> None:
     if not isinstance(spec.path, Circle | Rectangle | Waypoints):
         return
-    fastest = spec.params.get("v_max", parameter_names(spec.kind, spec.profile)["v_max"])
+    fastest = parameter_values(spec.kind, spec.profile, spec.params)["v_max"]
     if spec.path.speed > fastest:
         key = type(spec.path).__name__.lower()
         raise fields.mapping(key, None).error(

@@ -26,7 +26,8 @@ PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "funct
 SANS_IO = (
     *(f"transport/{name}" for name in ("mavlink", "frames", "wire")),
     *(f"vehicles/flight/{name}" for name in ("autopilot", "position_target")),
-    *(f"vehicles/protocol/{name}" for name in ("commands", "streams", "telemetry")),
+    *(f"vehicles/protocol/{name}" for name in ("commands", "streams", "rates")),
+    *(f"vehicles/protocol/telemetry/{name}" for name in ("telemetry", "view", "status")),
     "vehicles/vehicle",
     *(f"gcs/{name}" for name in ("station", "mission", "coordinator")),
 )

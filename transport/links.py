@@ -4,7 +4,6 @@ An endpoint (a port that listens or an address that is sent to) yields links; a 
 conversation with one peer. A vehicle keeps codec and stream rates per link.
 """
 
-import selectors
 import socket
 import struct
 from collections.abc import Iterator
@@ -12,11 +11,12 @@ from contextlib import suppress
 from typing import Protocol
 
 from .errors import LinkError
+from .mavlink import datagrams
 
 MAX_PEERS = 16  # conversations per listening endpoint
-_DATAGRAM = 65535
+_DATAGRAM = 4096  # nobody sends longer ones; what a receiver must read is bounded
 _MAX_PORT = 65535
-_READ = 1 << 16
+_READ = 2048  # bytes that one TCP peer may have us read at a time
 _MAX_UNSENT = 1 << 18  # bytes a TCP peer may leave unread before it is dropped
 _RECEIVE_BUFFER = 1 << 20
 
@@ -27,7 +27,13 @@ class Link(Protocol):
     stream: bool
     spoken: bool  # the peer has said something sensible: it is not a stranger
     open: bool
+    paused: bool  # set by the owner, who has heard enough: TCP waits, datagrams are dropped
     label: str
+
+    @property
+    def congested(self) -> bool:
+        """Whether the peer has not taken all that was sent to it."""
+        ...
 
     def send(self, data: bytes) -> None:
         """Send `data`, or drop it when the peer does not take it."""
@@ -61,10 +67,11 @@ class UdpOut:
 
     stream = False
     open = True
+    congested = False
 
     def __init__(self, host: str, port: int) -> None:
         self.label = f"udpout:{host}:{port}"
-        self.spoken = False
+        self.spoken = self.paused = False
         if not 0 < port <= _MAX_PORT:
             raise LinkError(f"{self.label}: nobody can listen there (ports are 1..{_MAX_PORT})")
         self._socket = _udp_socket()
@@ -75,9 +82,10 @@ class UdpOut:
             raise LinkError(f"{self.label}: {error.strerror or error}") from None
 
     def send(self, data: bytes) -> None:
-        """Send one datagram; nobody listening is no error."""
-        with suppress(OSError):
-            self._socket.send(data)
+        """Send frames in datagrams; nobody listening is no error."""
+        for datagram in datagrams(data):
+            with suppress(OSError):
+                self._socket.send(datagram)
 
     def sockets(self) -> list[socket.socket]:
         """Return the one socket."""
@@ -97,7 +105,8 @@ class UdpOut:
             except OSError:  # "port unreachable" of an earlier send
                 continue
             self.spoken = True
-            yield self, data
+            if not self.paused:
+                yield self, data
 
     def close(self) -> None:
         """Close the socket."""
@@ -108,18 +117,20 @@ class UdpPeer:
     """One of those who have sent to a `UdpIn` port."""
 
     stream = False
+    congested = False
 
     def __init__(self, sock: socket.socket, address: tuple[str, int]) -> None:
         self.label = f"udp:{address[0]}:{address[1]}"
-        self.spoken = False
+        self.spoken = self.paused = False
         self.open = True
         self._socket = sock
         self._address = address
 
     def send(self, data: bytes) -> None:
-        """Send one datagram."""
-        with suppress(OSError):
-            self._socket.sendto(data, self._address)
+        """Send frames in datagrams."""
+        for datagram in datagrams(data):
+            with suppress(OSError):
+                self._socket.sendto(datagram, self._address)
 
 
 class UdpIn:
@@ -158,7 +169,8 @@ class UdpIn:
                 stalest = next(strangers, None) or next(iter(self._peers))
                 self._peers.pop(stalest).open = False
             self._peers[address] = peer
-            yield peer, data
+            if not peer.paused:
+                yield peer, data
 
     def close(self) -> None:
         """Close the socket."""
@@ -174,8 +186,14 @@ class TcpPeer:
     def __init__(self, sock: socket.socket, address: tuple[str, int]) -> None:
         self.label = f"tcp:{address[0]}:{address[1]}"
         self.open = True
+        self.paused = False
         self.socket = sock
         self._unsent = b""
+
+    @property
+    def congested(self) -> bool:
+        """Whether the peer reads more slowly than we send."""
+        return bool(self._unsent)
 
     def send(self, data: bytes) -> None:
         """Send as much as the peer takes; drop a peer that reads nothing for too long."""
@@ -220,8 +238,9 @@ class TcpServer:
         self._peers: list[TcpPeer] = []
 
     def sockets(self) -> list[socket.socket]:
-        """Return the listening socket and one for each open connection."""
-        return [self._socket, *(peer.socket for peer in self._peers if peer.open)]
+        """Return the listening socket and one for each open connection that is not paused."""
+        heard = (peer.socket for peer in self._peers if peer.open and not peer.paused)
+        return [self._socket, *heard]
 
     def links(self) -> list[Link]:
         """Return the open connections."""
@@ -239,7 +258,7 @@ class TcpServer:
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._peers.append(TcpPeer(sock, address))
         for peer in self._peers:
-            if peer.open and (data := peer.receive()):
+            if peer.open and not peer.paused and (data := peer.receive()):
                 yield peer, data
         self._peers = [peer for peer in self._peers if peer.open]
 
@@ -257,28 +276,6 @@ def listen_tcp(host: str, port: int) -> socket.socket:
     _bind(sock, host, port, f"tcp:{host}:{port}")
     sock.listen(MAX_PEERS)
     return sock
-
-
-class Watcher:
-    """Waits for any of some endpoints and file descriptors."""
-
-    def __init__(self, endpoints: list[Endpoint], *others: socket.socket) -> None:
-        self._endpoints = endpoints
-        self._others = others
-        self._selector = selectors.DefaultSelector()
-        self._registered: set[socket.socket] = set()
-
-    def wait(self, timeout: float | None) -> set[object]:
-        """Return the sockets that are ready after at most `timeout` seconds."""
-        wanted = {s for e in self._endpoints for s in e.sockets()}.union(self._others)
-        if wanted != self._registered:
-            # Closed sockets cannot be unregistered one by one, and changes are rare.
-            self._selector.close()
-            self._selector = selectors.DefaultSelector()
-            for sock in wanted:
-                self._selector.register(sock, selectors.EVENT_READ)
-            self._registered = wanted
-        return {key.fileobj for key, _ in self._selector.select(timeout)}
 
 
 def socket_pair_udp() -> tuple[socket.socket, socket.socket]:

@@ -1,14 +1,15 @@
-"""MAVLink 2 bytes to messages and back. The only module that imports pymavlink.
+"""MAVLink bytes to messages and back. The only module that imports pymavlink.
 
 The generated dialect is used as it is (`mav`), without pymavlink's connection layer.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import Any, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-__all__ = ["AUTOPILOT_COMPONENT", "Codec", "Message", "mav"]
+__all__ = ["AUTOPILOT_COMPONENT", "Codec", "Message", "datagrams", "mav"]
 
 V1_MARKER = 0xFE
 V2_MARKER = 0xFD
@@ -16,6 +17,11 @@ _V1_OVERHEAD = 8  # header 6, checksum 2
 _V2_OVERHEAD = 12  # header 10, checksum 2
 _SIGNATURE = 13
 _SIGNED_FLAG = 0x01
+_V1_LAST_ID = 255
+_SIZES = {"char": 1, "float": 4, "double": 8} | {
+    f"{sign}int{bits}_t": bits // 8 for sign in ("", "u") for bits in (8, 16, 32, 64)
+}
+_MAX_DATAGRAM = 1200  # bytes: fits every MTU, and MAVSDK's receive buffer of 2048
 
 AUTOPILOT_COMPONENT: int = mav.MAV_COMP_ID_AUTOPILOT1
 
@@ -41,6 +47,9 @@ class Message(Protocol):
 class Codec:
     """One end of one link: packs with its own ids and sequence, unpacks what arrives.
 
+    It packs MAVLink 2, but MAVLink 1 for a peer of which nothing else was heard so far; what
+    MAVLink 1 cannot carry (ids above 255, extension fields) is then left out.
+
     Garbage between frames, truncated frames and wrong checksums are skipped and counted in
     `bad_bytes`; frames that a sender's sequence numbers say are missing, in `lost`.
     """
@@ -49,6 +58,8 @@ class Codec:
         self._mav = mav.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
         self._buffer = b""
         self._sequences: dict[tuple[int, int], int] = {}
+        self._heard_v2 = False
+        self.version = 2  # of MAVLink in what we pack
         self.bad_bytes = 0
         self.lost = 0
 
@@ -57,7 +68,13 @@ class Codec:
         return b"".join(self.frames(messages))
 
     def frames(self, messages: Iterable[Message]) -> list[bytes]:
-        """Return one frame for each message."""
+        """Return one frame for each message that the peer's MAVLink can carry."""
+        if self.version == 1:
+            messages = [m for m in messages if m.get_msgId() <= _V1_LAST_ID]
+            return [_as_v1(m, f) for m, f in zip(messages, self._pack(messages), strict=True)]
+        return self._pack(messages)
+
+    def _pack(self, messages: Iterable[Message]) -> list[bytes]:
         out = []
         for message in messages:
             out.append(message.pack(self._mav))
@@ -96,6 +113,9 @@ class Codec:
                 self.bad_bytes += 1
                 continue
             at += length
+            if not self._heard_v2:
+                self._heard_v2 = frame[0] == V2_MARKER
+                self.version = 2 if self._heard_v2 else 1
             self._count(message)
             out.append((message, frame))
         self._buffer = buffer[at:]
@@ -112,6 +132,55 @@ class Codec:
         elif len(self._sequences) >= 256:
             self._sequences.clear()  # a flood of invented senders must not grow us
         self._sequences[sender] = sequence
+
+
+def datagrams(data: bytes) -> Iterator[bytes]:
+    """Cut frames into datagrams that every receiver takes whole; no frame is torn."""
+    start, end = 0, len(data)
+    while end - start > _MAX_DATAGRAM:
+        at = start
+        while length := _frame_length(data, at, end):
+            if at + length - start > _MAX_DATAGRAM:
+                break
+            at += length
+        if at == start:  # not a frame: ours to pass on, not to mend
+            break
+        yield data[start:at]
+        start = at
+    yield data[start:]
+
+
+def _as_v1(message: Message, frame: bytes) -> bytes:
+    """Return a MAVLink 2 frame as MAVLink 1: no trailing zeros cut off, no extension fields."""
+    length = _base_length(type(message))
+    payload = frame[10:-2].ljust(length, b"\0")[:length]
+    body = bytes((length, *frame[4:8])) + payload  # length, sequence, system, component, id
+    checksum: int = mav.x25crc(body + bytes((message.crc_extra,))).crc
+    return b"\xfe" + body + checksum.to_bytes(2, "little")
+
+
+@cache
+def _base_length(kind: Any) -> int:
+    """Return the payload bytes of a message without its extension fields.
+
+    The dialect does not say where they begin, but `crc_extra`, by which two ends assure one
+    another that they mean the same fields, is made of those before them only.
+    """
+    counts = range(len(kind.ordered_fieldnames), 0, -1)
+    count = next((n for n in counts if _crc_extra(kind, n) == kind.crc_extra), counts[0])
+    fields = list(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))[:count]
+    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
+    return sum(_SIZES[types[name]] * (array or 1) for name, array in fields)
+
+
+def _crc_extra(kind: Any, count: int) -> int:
+    """Return the `crc_extra` that a message of the first `count` fields would have."""
+    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
+    text = f"{kind.msgname} ".encode()
+    for name, array in list(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))[:count]:
+        text += f"{types[name]} {name} ".encode() + (bytes((array,)) if array else b"")
+    crc: int = mav.x25crc(text).crc
+    return crc & 0xFF ^ crc >> 8
 
 
 def _frame_length(buffer: bytes, at: int, end: int) -> int:

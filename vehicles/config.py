@@ -10,7 +10,8 @@ SLICE_US = 10_000
 """Links, telemetry and state machine are looked at every 10 ms: no stream exceeds 100 Hz."""
 
 KINDS = ("quadcopter", "rover")
-PROFILES = ("default", "paper")
+PROFILES = ("default", "paper", "ardupilot")
+AUTOPILOTS = ("ardupilot", "px4", "generic")
 DISTURBANCE_FORMS = ("off", "held", "white", "constant")
 MAX_SYSTEM_ID = 240
 
@@ -47,11 +48,11 @@ class VehicleConfig:
     east: float = 0.0
     down: float = 0.0  # m; the ground below this vehicle is here
     yaw: float = 0.0  # rad, clockwise from north
+    autopilot: str = "ardupilot"  # the flight stack that clients take it for
     profile: str = "default"
     params: dict[str, float] = field(default_factory=dict)  # overrides, by parameter name
     disturbance: Disturbance = Disturbance()
     seed: int = 0  # of the scenario; combined with the system id
-    setpoint_timeout: float = 3.0  # s, GUID_TIMEOUT
     latch_position: bool = True  # a position target outlives the time-out, as on ArduPilot
     epoch_us: int = SIMULATED_EPOCH_US  # UTC at boot, for SYSTEM_TIME and GPS time
 
@@ -60,6 +61,10 @@ class VehicleConfig:
             raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {self.kind!r}")
         if not 1 <= self.system_id <= MAX_SYSTEM_ID:
             raise ValueError(f"system_id must be 1..{MAX_SYSTEM_ID}, got {self.system_id}")
+        if self.autopilot not in AUTOPILOTS:
+            raise ValueError(
+                f"autopilot must be one of {', '.join(AUTOPILOTS)}, got {self.autopilot!r}"
+            )
         if self.profile not in PROFILES:
             raise ValueError(f"profile must be one of {', '.join(PROFILES)}, got {self.profile!r}")
 

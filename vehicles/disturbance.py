@@ -23,6 +23,11 @@ class BodyForce:
         if self._form == "constant":
             self._force = self._draw()
 
+    @property
+    def force(self) -> Force | None:
+        """Return the force during the last physics step."""
+        return self._force
+
     def next(self) -> Force | None:
         """Return the force during the next physics step; None when there is none."""
         if self._form == "held":

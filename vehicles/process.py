@@ -9,12 +9,18 @@ import struct
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 
 from ..transport.errors import VehicleError
-from ..transport.links import Endpoint, Link, Watcher, patience
+from ..transport.links import Endpoint, Link, patience
+from ..transport.mavlink import V2_MARKER, Message
+from ..transport.watcher import Watcher
+from .attention import Attention
 from .config import SLICE_US
+from .protocol.conversation import Conversation
+from .routing import Router
 from .truth import TruthLog
-from .vehicle import Conversation, Vehicle
+from .vehicle import Vehicle
 
 GRANT = struct.Struct("<qI")
 """Conductor to vehicle: simulate until this time (us); so many datagrams wait for you."""
@@ -26,6 +32,15 @@ _MAX_LAG_S = 0.5  # free-running: skip time rather than race to catch up by more
 _FLUSH_US = 250_000  # of vehicle time between two flushes of the truth log
 _DATAGRAM = 65535
 _MAX_SENT = 60_000  # bytes; UDP carries at most 65,507
+_MAX_PASS_S = 3e-3  # of hearing outside clients before physics is looked after again
+
+
+@dataclass(slots=True)
+class _Client:
+    """What the process keeps of one outside link."""
+
+    conversation: Conversation
+    attention: Attention
 
 
 class VehicleProcess:
@@ -44,13 +59,20 @@ class VehicleProcess:
         self.late = 0
         self.outside_clients = 0
         self._skipped_s = 0.0  # fleet time that vehicle time has missed while frozen
-        self._endpoints = endpoints
+        self._endpoints = list(endpoints)
         self._coordinator = coordinator
         self._control = control
         self._truth = truth
         self._own = vehicle.converse()
-        self._outside: list[tuple[Link, Conversation]] = []
+        self._outside: dict[Link, _Client] = {}
+        self._router: Router[Link] = Router(vehicle.config.system_id)
+        self._max_pass_s = _MAX_PASS_S
         self._look_outside()
+
+    @property
+    def labels(self) -> str:
+        """The names of the ports, for people."""
+        return "  ".join(endpoint.label for endpoint in self._endpoints)
 
     def run_lockstep(self) -> None:
         """Advance as the conductor grants, serving outside clients in between."""
@@ -61,6 +83,7 @@ class VehicleProcess:
         watcher = Watcher(self._endpoints, control)
         while True:
             ready = watcher.wait(1.0)
+            self._pause_floods()
             if not ready:  # paused: those who wait outside must not think we are gone
                 self._send_outside_heartbeat()
             elif ready != {control}:
@@ -104,6 +127,7 @@ class VehicleProcess:
         Vehicle time is 0 when `clock` shows `started` (default: now), so that a team can agree.
         """
         pace = SLICE_US * 1e-6 / speed
+        self._max_pass_s = min(_MAX_PASS_S, 0.3 * pace)
         others = [s for s in (self._control, self._coordinator) if s]
         if self._coordinator:
             self._coordinator.setblocking(False)
@@ -111,6 +135,7 @@ class VehicleProcess:
         due, slices = (clock() if started is None else started) + pace, 0
         while True:
             ready = watcher.wait(max(0.0, due - clock()))
+            self._pause_floods()
             if self._control in ready:
                 break  # nothing but end-of-file comes here
             if self._coordinator in ready:
@@ -152,9 +177,8 @@ class VehicleProcess:
         if self._truth:
             self._truth.write(vehicle.now_us * 1e-6 + self._skipped_s, vehicle.robot)
         broadcasts = vehicle.take_broadcasts()
-        for link, conversation in self._outside:
-            is_due = broadcasts or vehicle.now_us >= conversation.streams.next_due_us
-            if is_due and (data := vehicle.report(conversation, broadcasts)):
+        for link, client in self._outside.items():
+            if data := vehicle.report(client.conversation, broadcasts):
                 link.send(data)
         return vehicle.report(self._own, broadcasts) if self._coordinator else b""
 
@@ -176,34 +200,66 @@ class VehicleProcess:
                 self._coordinator.send(data)
 
     def _serve_outside(self) -> None:
+        """Hear every outside link, but none of them for longer than is good for the others."""
+        began = time.monotonic()
+        self._endpoints.append(self._endpoints.pop(0))  # each is the first to be heard in turn
         for endpoint in self._endpoints:
             for link, data in endpoint.receive():
-                conversation = self._conversation(link)
-                was_silent = not conversation.streams.spoken
-                if reply := self.vehicle.handle(data, conversation, stream=link.stream):
-                    link.send(reply)
-                if was_silent and conversation.streams.spoken:  # garbage is nobody
-                    self.outside_clients += 1
-                    link.spoken = True
+                self._hear(link, data)
+                if time.monotonic() - began > self._max_pass_s:
+                    self._look_outside()
+                    return
         self._look_outside()
+
+    def _pause_floods(self) -> None:
+        now = time.monotonic()
+        for link, client in self._outside.items():
+            link.paused = client.attention.is_exhausted(now)
+
+    def _hear(self, link: Link, data: bytes) -> None:
+        began = time.thread_time()  # time in which others had the processor is not its fault
+        client = self._client(link)
+        conversation = client.conversation
+        was_silent = not conversation.spoken
+        replies: list[Message] = []
+        for message, frame in conversation.codec.decode_frames(data, stream=link.stream):
+            if self._forward(message, frame, link):
+                replies += self.vehicle.hear(message, conversation)
+        if replies:
+            link.send(conversation.codec.encode(replies))
+        if was_silent and conversation.spoken:  # garbage is nobody
+            self.outside_clients += 1
+            link.spoken = True
+        client.attention.spend(time.thread_time() - began)
+
+    def _forward(self, message: Message, frame: bytes, link: Link) -> bool:
+        """Pass a frame on to the links it concerns; return whether it may concern the vehicle."""
+        route = self._router.route(message, frame, link, self.vehicle.now_us * 1e-6)
+        for other in route.links:
+            is_readable = (
+                frame[0] != V2_MARKER or self._client(other).conversation.codec.version > 1
+            )
+            if is_readable and not other.congested:
+                other.send(frame)
+        return route.stays
 
     def _look_outside(self) -> None:
         """Keep a conversation for each link that is open now, and only for those."""
-        self._outside = [
-            (link, self._conversation(link)) for end in self._endpoints for link in end.links()
-        ]
+        self._outside = {
+            link: self._client(link) for end in self._endpoints for link in end.links()
+        }
+        self._router.keep(self._outside)
 
-    def _conversation(self, link: Link) -> Conversation:
-        for known, conversation in self._outside:
-            if known is link:
-                return conversation
-        conversation = self.vehicle.converse()
-        self._outside.append((link, conversation))
-        return conversation
+    def _client(self, link: Link) -> _Client:
+        client = self._outside.get(link)
+        if client is None:
+            client = _Client(self.vehicle.converse(), Attention(time.monotonic()))
+            self._outside[link] = client
+        return client
 
     def _send_outside_heartbeat(self) -> None:
-        for link, conversation in self._outside:
-            link.send(conversation.codec.encode([self.vehicle.autopilot.heartbeat()]))
+        for link, client in self._outside.items():
+            link.send(client.conversation.codec.encode([self.vehicle.autopilot.heartbeat()]))
 
 
 def _datagrams(parts: list[bytes]) -> list[bytes]:

@@ -1,6 +1,9 @@
 """A quadcopter as the autopilot sees it: physics, ground contact and onboard controllers."""
 
+from collections.abc import Callable, Mapping
+
 from .disturbance import BodyForce
+from .physics import GRAVITY, Force
 from .quadcopter import (
     QuadcopterParams,
     QuadcopterState,
@@ -10,9 +13,13 @@ from .quadcopter import (
     thrust,
 )
 from .quadcopter_control import QuadcopterControl
-from .robot import Kinematics, Setpoint
+from .quadcopter_tuning import QuadcopterTuning
+from .robot import AttitudeSetpoint, Kinematics, Limits, Setpoint
+from .speed_limit import SpeedLimit
 
 _OFF = RotorSpeeds()
+_FASTEST = 20.0  # m/s that anybody may ask for, horizontally
+_FASTEST_CLIMB = 10.0  # m/s
 _SKIP = 0.05  # m/s: a slower touch belongs to the landing before it
 _STOPPED = 1.0  # rad/s: slower rotors with no command are at rest
 
@@ -21,7 +28,12 @@ class Quadcopter:
     """Implements `Robot`. The ground is a level plane at the height where it starts.
 
     It stands still until its thrust exceeds its weight; touching down stops it and levels it.
+    `retuned` returns a tuning with changes in it, or raises ValueError.
     """
+
+    speed_limit = SpeedLimit(_FASTEST)
+    climb_limit = SpeedLimit(_FASTEST_CLIMB)
+    descent_limit = SpeedLimit(_FASTEST_CLIMB)
 
     def __init__(
         self,
@@ -31,6 +43,7 @@ class Quadcopter:
         disturbance: BodyForce,
         dt: float,
         control_every: int,
+        retuned: Callable[[QuadcopterTuning, Mapping[str, float]], QuadcopterTuning],
     ) -> None:
         self.dt = dt
         self.control_every = control_every
@@ -41,6 +54,7 @@ class Quadcopter:
         self._params = params
         self._ground = state.down
         self._control = control
+        self._retuned = retuned
         self._disturbance = disturbance
         self._commands = _OFF
         self._spin = spinner(params, dt)
@@ -50,12 +64,28 @@ class Quadcopter:
         """Return the true state."""
         return Kinematics(*self.state[:13])
 
-    def control(self, setpoint: Setpoint) -> None:
+    def control(self, setpoint: Setpoint | AttitudeSetpoint) -> None:
         """Run the PID stack once and set the rotor commands; with motors off they are zero."""
-        if self.motors_on:
+        if not self.motors_on:
+            self._commands = _OFF
+        elif isinstance(setpoint, Setpoint):
             self._commands = self._control.update(self.state, setpoint, self.on_ground)
         else:
-            self._commands = _OFF
+            self._commands = self._control.point(self.state, setpoint, self.on_ground)
+
+    @property
+    def limits(self) -> Limits:
+        """Return the limits that hold now."""
+        return self._control.limits
+
+    def retune(self, **changes: float) -> None:
+        """Replace gains and limits by their names; ValueError changes nothing."""
+        self._control.retune(self._retuned(self._control.tuning, changes))
+        self.limits_changed()
+
+    def limits_changed(self) -> None:
+        """Take up new speed limits."""
+        self._control.limit_speeds(self.speed_limit, self.climb_limit, self.descent_limit)
 
     def reset_control(self) -> None:
         """Forget integrals and held references."""
@@ -75,6 +105,25 @@ class Quadcopter:
     def actuators(self) -> tuple[float, ...]:
         """Return rotor speeds and their commands in rad/s."""
         return (*self.state[13:], *(self._commands if self.motors_on else _OFF))
+
+    def outputs(self) -> tuple[float, ...]:
+        """Return the rotor commands as shares of full speed, 0..1."""
+        most = self._params.max_rotor_speed
+        return tuple(w / most for w in (self._commands if self.motors_on else _OFF))
+
+    def specific_force(self) -> Force:
+        """Return what an IMU feels (m/s^2, FRD): the rotors' lift and the disturbance."""
+        if self.on_ground:
+            return (0.0, 0.0, -GRAVITY)  # it stands level
+        fx, fy, fz = self._disturbance.force or (0.0, 0.0, 0.0)
+        mass = self._params.mass
+        return (fx / mass, fy / mass, (fz - thrust(self.state, self._params)) / mass)
+
+    def shaft_power(self) -> float:
+        """Return the power in W against the propellers' drag (eq. 13: torque k_Q w^2)."""
+        w1, w2, w3, w4 = self.state[13:]
+        drag = self._params.thrust_coefficient * self._params.torque_per_thrust
+        return drag * (w1 * w1 * w1 + w2 * w2 * w2 + w3 * w3 * w3 + w4 * w4 * w4)
 
     @property
     def actuator_names(self) -> tuple[str, ...]:

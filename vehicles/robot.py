@@ -2,6 +2,8 @@
 
 from typing import NamedTuple, Protocol
 
+from .physics import Force
+
 
 class Vec3(NamedTuple):
     """A vector in local NED (m, m/s or m/s^2)."""
@@ -26,6 +28,36 @@ class Setpoint(NamedTuple):
     yaw_rate: float | None = None  # rad/s, positive turns right
 
 
+class AttitudeSetpoint(NamedTuple):
+    """What a pilot or SET_ATTITUDE_TARGET asks for; None means "not given".
+
+    A quadcopter takes roll and pitch with a yaw, a yaw rate or neither, or else all three body
+    rates; and one of thrust and climb rate (neither: keep the height). Beside an attitude the
+    rates are feed-forward. A rover takes the yaw, the yaw rate and the thrust: a share of its
+    full speed along its own heading, negative backwards.
+    """
+
+    roll: float | None = None  # rad; None with pitch None: fly the body rates
+    pitch: float | None = None  # rad, positive lifts the nose
+    yaw: float | None = None  # rad, clockwise from north
+    yaw_rate: float | None = None  # rad/s, positive turns right
+    thrust: float | None = None  # 0..1 of full thrust; a rover's -1..1
+    climb_rate: float | None = None  # m/s, positive up; used when there is no thrust
+    roll_rate: float | None = None  # rad/s about body axes
+    pitch_rate: float | None = None
+
+
+class Limits(NamedTuple):
+    """What a robot's controllers keep within now; a rover has only the first two."""
+
+    speed: float  # m/s, horizontal
+    turn: float  # rad/s about the vertical
+    climb: float = 0.0  # m/s
+    descent: float = 0.0  # m/s
+    tilt: float = 0.0  # rad
+    hover_thrust: float = 0.0  # share of full thrust that carries the weight
+
+
 class Kinematics(NamedTuple):
     """Where a robot truly is and how it moves."""
 
@@ -48,20 +80,36 @@ class Robot(Protocol):
     """One robot's physics and onboard controllers: the seam where real hardware would go.
 
     The caller owns time: it calls `control` every `control_every` physics steps and `advance`
-    once per physics step of `dt` seconds.
+    once per physics step of `dt` seconds. A speed limit must be positive and finite, else
+    ValueError; one beyond reason is brought down to that.
     """
 
     dt: float
     control_every: int
     motors_on: bool  # set by arming; off means zero actuator commands
     on_ground: bool
+    speed_limit: float | None  # m/s, horizontal, in place of `v_max`; None: that again
+    climb_limit: float | None  # m/s, in place of `v_up_max`; a rover only keeps it
+    descent_limit: float | None  # m/s, in place of `v_down_max`; likewise
 
     def kinematics(self) -> Kinematics:
         """Return the true state."""
         ...
 
-    def control(self, setpoint: Setpoint) -> None:
+    def control(self, setpoint: Setpoint | AttitudeSetpoint) -> None:
         """Run the PID stack once (over `control_every * dt`) and set the actuator commands."""
+        ...
+
+    @property
+    def limits(self) -> Limits:
+        """Return the limits that hold now."""
+        ...
+
+    def retune(self, **changes: float) -> None:
+        """Replace gains and limits by their names, also in flight.
+
+        Raises ValueError, and changes nothing, for a name or value that cannot be.
+        """
         ...
 
     def reset_control(self) -> None:
@@ -74,6 +122,18 @@ class Robot(Protocol):
 
     def actuators(self) -> tuple[float, ...]:
         """Return actuator speeds (rad/s), then their commands, as `actuator_names` says."""
+        ...
+
+    def outputs(self) -> tuple[float, ...]:
+        """Return each actuator's command as a share of its most: rotors 0..1, wheels -1..1."""
+        ...
+
+    def specific_force(self) -> Force:
+        """Return the acceleration less gravity in m/s^2, along body axes: what an IMU feels."""
+        ...
+
+    def shaft_power(self) -> float:
+        """Return the mechanical power in W that the motors put into their shafts now."""
         ...
 
     @property

@@ -1,15 +1,17 @@
 """The rover's controllers: heading and speed, then one PI per wheel (paper eq. 15-16)."""
 
 from dataclasses import dataclass
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, inf, pi, sin, sqrt
 
 from .physics import require_positive
-from .robot import Setpoint, Vec3
+from .robot import AttitudeSetpoint, Limits, Setpoint, Vec3
 from .rover import RoverParams, RoverState, Wheels
 
 _STILL = 0.01  # m/s: a slower velocity setpoint asks to stand, and has no heading
 _NEAR = 0.5  # m: so near to a moving target its motion shows the way
 _LOOK_AHEAD = 0.5  # s
+_BRAKING_SHARE = 0.7  # of `accel_max`, before a position: the rest corrects
+_ACCELERATIONS = 0.1, 50.0  # m/s^2, what a limit of acceleration may be
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,17 +23,22 @@ class RoverTuning:
     wheel_p: float = 0.4  # N m s/rad
     wheel_i: float = 2.0  # N m/rad
     v_max: float = 1.0  # m/s
+    accel_max: float = 0.0  # m/s^2, along; 0: what the wheels give
     yaw_rate_max: float = 2.0  # rad/s
     wheel_speed_max: float = 20.0  # rad/s
     arrival_radius: float = 0.05  # m: this near to a fixed position it stands
 
     def __post_init__(self) -> None:
-        require_positive(self, may_be_zero=("wheel_i", "arrival_radius"))
+        require_positive(self, may_be_zero=("wheel_i", "arrival_radius", "accel_max"))
+        low, high = _ACCELERATIONS
+        if self.accel_max and not low <= self.accel_max <= high:
+            raise ValueError(f"accel_max must be 0 or {low} to {high} m/s^2, got {self.accel_max}")
 
 
 PROFILES = {
     "default": RoverTuning(),
     "paper": RoverTuning(position_p=15.0, heading_p=5.0),  # Table 2
+    "ardupilot": RoverTuning(v_max=2.0, accel_max=1.0, wheel_speed_max=31.0),  # WP_SPEED, ATC_*
 }
 
 
@@ -40,19 +47,40 @@ class RoverControl:
 
     def __init__(self, params: RoverParams, tuning: RoverTuning, dt: float) -> None:
         self._p = params
-        self._t = tuning
         self._dt = dt
         self.speed_commands = Wheels()
+        self.retune(tuning)
         self.reset()
+
+    def retune(self, tuning: RoverTuning) -> None:
+        """Take up new gains and limits, keeping the wheel integrals."""
+        self.tuning = tuning
+        self._joint = _BRAKING_SHARE * tuning.accel_max / tuning.position_p or inf
+        self.limit_speed(None)
+
+    def limit_speed(self, speed: float | None) -> None:
+        """Drive within this speed (m/s), None: that of the tuning."""
+        self._v_max = speed or self.tuning.v_max
+
+    @property
+    def limits(self) -> Limits:
+        """Return the limits that hold now."""
+        return Limits(self._v_max, self.tuning.yaw_rate_max)
 
     def reset(self) -> None:
         """Forget the wheel integrals and stop."""
         self._integrals = Wheels()
         self.speed_commands = Wheels()
+        self._speed: float | None = None  # command, while `accel_max` eases it
 
-    def update(self, state: RoverState, setpoint: Setpoint) -> Wheels:
+    def update(self, state: RoverState, setpoint: Setpoint | AttitudeSetpoint) -> Wheels:
         """Return the wheel torques for the next `dt`."""
-        speed, yaw_rate = self._motion(state, setpoint)
+        if isinstance(setpoint, Setpoint):
+            speed, yaw_rate = self._motion(state, setpoint)
+        else:
+            speed, yaw_rate = self._steered(state, setpoint)
+        if self.tuning.accel_max:
+            speed = self._eased(state.speed, speed)
         self.speed_commands = self._wheel_speeds(speed, yaw_rate)
         return self._torques(state)
 
@@ -65,10 +93,24 @@ class RoverControl:
             return self._along(s, velocity)
         turn = yaw_rate or 0.0
         if yaw is not None:
-            turn += self._t.heading_p * _wrapped(yaw - s.yaw)
+            turn += self.tuning.heading_p * _wrapped(yaw - s.yaw)
         if velocity is None:
             return 0.0, turn
         return velocity.north * cos(s.yaw) + velocity.east * sin(s.yaw), turn
+
+    def _steered(self, s: RoverState, setpoint: AttitudeSetpoint) -> tuple[float, float]:
+        """Return the motion of a pilot's throttle and steering."""
+        turn = setpoint.yaw_rate or 0.0
+        if setpoint.yaw is not None:
+            turn += self.tuning.heading_p * _wrapped(setpoint.yaw - s.yaw)
+        return _clamped(setpoint.thrust or 0.0, 1.0) * self._v_max, turn
+
+    def _eased(self, speed: float, wanted: float) -> float:
+        """Return the speed to command on the way to `wanted` within the acceleration limit."""
+        last = speed if self._speed is None else self._speed
+        step = self.tuning.accel_max * self._dt
+        self._speed = last + _clamped(_clamped(wanted, self._v_max) - last, step)
+        return self._speed
 
     def _towards(
         self,
@@ -86,7 +128,7 @@ class RoverControl:
         the target will be; at a fixed one, within `arrival_radius`, the rover stands, and
         takes up the yaw if one is given.
         """
-        t = self._t
+        t = self.tuning
         north, east = position.north - s.north, position.east - s.east
         distance = sqrt(north * north + east * east)
         turn = yaw_rate or 0.0
@@ -97,8 +139,11 @@ class RoverControl:
             return 0.0, turn if yaw is None else turn + t.heading_p * _wrapped(yaw - s.yaw)
 
         along = t.position_p * (north * cos_yaw + east * sin_yaw)  # k rho cos(e_alpha)
-        if t.position_p * distance > t.v_max:
-            along *= t.v_max / (t.position_p * distance)
+        wanted, most = t.position_p * distance, self._v_max
+        if wanted > self._joint:  # a speed that can be braked from, as the quadcopter's
+            most = min(most, sqrt(self._joint * (2 * wanted - self._joint)))
+        if wanted > most:
+            along *= most / wanted
         if velocity is not None and speed > 0 and distance < _NEAR:
             ahead = _LOOK_AHEAD * (1 - distance / _NEAR)
             north, east = north + ahead * velocity.north, east + ahead * velocity.east
@@ -113,14 +158,14 @@ class RoverControl:
             return 0.0, 0.0
         error = _wrapped(atan2(east, north) - s.yaw)
         facing = cos(error)
-        return (speed * facing * facing if facing > 0 else 0.0), self._t.heading_p * error
+        return (speed * facing * facing if facing > 0 else 0.0), self.tuning.heading_p * error
 
     def _wheel_speeds(self, speed: float, yaw_rate: float) -> Wheels:
         """Return wheel speed commands (eq. 16) within all limits; the turn is kept first."""
-        p, t = self._p, self._t
+        p, t = self._p, self.tuning
         rim_max = t.wheel_speed_max * p.wheel_radius
         turn = _clamped(_clamped(yaw_rate, t.yaw_rate_max) * p.half_track, rim_max)
-        speed = _clamped(_clamped(speed, t.v_max), rim_max - abs(turn))
+        speed = _clamped(_clamped(speed, self._v_max), rim_max - abs(turn))
         return Wheels((speed + turn) / p.wheel_radius, (speed - turn) / p.wheel_radius)
 
     def _torques(self, s: RoverState) -> Wheels:
@@ -129,7 +174,7 @@ class RoverControl:
         This is the link between (16) and (1), which the paper leaves out. A wheel that is
         clamped stops integrating, unless that leads out of the clamp.
         """
-        p, t = self._p, self._t
+        p, t = self._p, self.tuning
         turn = s.yaw_rate * p.half_track
         left_error = self.speed_commands.left - (s.speed + turn) / p.wheel_radius
         right_error = self.speed_commands.right - (s.speed - turn) / p.wheel_radius

@@ -1,54 +1,77 @@
 """One vehicle, sans I/O: messages and time in, messages out. Same inputs, same bytes."""
 
-from ..transport.mavlink import Codec, Message, mav
-from .flight.autopilot import Autopilot
+from dataclasses import replace
+
+from ..transport.frames import yaw_of
+from ..transport.mavlink import Message
 from .build import make_robot
-from .protocol.commands import Commands
 from .config import SLICE_US, VehicleConfig
-from .robot import Robot
-from .protocol.streams import Streams
+from .flight.autopilot import Autopilot
+from .flight.personality import PERSONALITIES
+from .flight.settings import Settings
+from .missions.store import MissionStore
+from .parameters.live import show_lists, show_statistics
+from .parameters.metadata import parameter_json
+from .parameters.pack import pack
+from .parameters.store import Parameters
+from .protocol.component_metadata import COMPONENT_METADATA, component_metadata
+from .protocol.conversation import Conversation
+from .protocol.ftp_tree import GENERAL, GENERAL_URI, file_crc, vehicle_files
 from .protocol.telemetry import Telemetry
-
-_HEARTBEAT: int = mav.MAVLINK_MSG_ID_HEARTBEAT
-
-
-class Conversation:
-    """What the vehicle keeps for each link: a codec of its own and the rates its peer asked for."""
-
-    def __init__(self, system_id: int, now_us: int, *, spoken: bool) -> None:
-        self.codec = Codec(system_id)
-        self.streams = Streams(now_us, system_id, spoken=spoken)
+from .robot import Robot
 
 
 class Vehicle:
     """Physics, controllers and autopilot of one robot, advanced 10 ms at a time."""
 
+    robot: Robot
+    autopilot: Autopilot
+    telemetry: Telemetry
+
     def __init__(self, config: VehicleConfig) -> None:
         self.config = config
-        self.robot: Robot = make_robot(config)
-        self.autopilot = Autopilot(config, self.robot)
-        self.telemetry = Telemetry(self.autopilot, self.robot)
-        self.commands = Commands(self.autopilot, self.telemetry)
         self.now_us = 0
-        self._steps = round(SLICE_US * 1e-6 / self.robot.dt)
-        self._control_phase = 0
-        self.autopilot.broadcast_heartbeat()
+        self.boots = 0
+        self.settings = Settings()
+        self.parameters = Parameters(config, self.settings)
+        home_is_item_0 = PERSONALITIES[config.autopilot].home_is_item_0
+        self.missions = MissionStore(config.kind, home_is_item_0=home_is_item_0)
+        show_lists(self.parameters, self.missions)
+        show_statistics(self.parameters, self)
+        self.files = vehicle_files(
+            lambda query: pack(
+                self.parameters,
+                with_defaults=bool(query.get("withdefaults")),
+                start=query.get("start", 0),
+                count=query.get("count", 0),
+            ),
+            lambda: parameter_json(self.parameters),
+        )
+        self._conversations = 0
+        self._boot(config)
 
     def converse(self, *, spoken: bool = False) -> Conversation:
         """Open a conversation with a new link."""
-        return Conversation(self.config.system_id, self.now_us, spoken=spoken)
+        self._conversations += 1
+        return Conversation(self, spoken=spoken, channel=self._conversations - 1)
 
     def handle(self, data: bytes, link: Conversation, *, stream: bool = False) -> bytes:
         """React to bytes from one link; return the bytes of the replies to it."""
         replies: list[Message] = []
         for message in link.codec.decode(data, stream=stream):
-            if not link.streams.spoken:
-                link.streams.heard(self.now_us)
-            replies += self.commands.handle(message, link.streams)
+            replies += self.hear(message, link)
         return link.codec.encode(replies) if replies else b""
+
+    def hear(self, message: Message, link: Conversation) -> list[Message]:
+        """React to one message from one link; return the replies to it."""
+        if link.boot != self.boots:
+            link.begin(self)
+        return link.handle(message)
 
     def step(self) -> None:
         """Advance by one slice of 10 ms."""
+        if self.autopilot.wants_reboot:
+            self._reboot()
         robot, autopilot = self.robot, self.autopilot
         setpoint, every = autopilot.setpoint, robot.control_every
         for _ in range(self._steps):
@@ -58,21 +81,48 @@ class Vehicle:
             self._control_phase -= 1
             robot.advance()
         self.now_us += SLICE_US
-        self.telemetry.now_us = self.now_us
-        autopilot.update(self.now_us * 1e-6)
+        self.telemetry.now_us += SLICE_US
+        autopilot.update(self.telemetry.now_us * 1e-6)
 
     def take_broadcasts(self) -> list[Message]:
         """Return and forget what is for every link: heartbeats on a change, STATUSTEXT."""
-        taken, self.autopilot.broadcasts = self.autopilot.broadcasts, []
-        return taken
+        return self.autopilot.speaker.take()
 
     def report(self, link: Conversation, broadcasts: list[Message]) -> bytes:
         """Return the bytes due on one link now."""
-        streams = link.streams
-        messages = (
-            broadcasts if streams.spoken else [m for m in broadcasts if m.get_msgId() == _HEARTBEAT]
-        )
-        if self.now_us >= streams.next_due_us:
-            made = map(self.telemetry.make, streams.due(self.now_us))
-            messages = messages + [m for m in made if m is not None]
+        if link.boot != self.boots:
+            link.begin(self)
+        messages = link.due(broadcasts)
         return link.codec.encode(messages) if messages else b""
+
+    def _boot(self, config: VehicleConfig) -> None:
+        """Start robot and autopilot with the parameters as they are; time begins at 0."""
+        self.robot = make_robot(replace(config, params=self.parameters.robot_overrides))
+        self.parameters.bind(self.robot)
+        self.autopilot = Autopilot(
+            config, self.robot, self.parameters, self.settings, self.missions
+        )
+        self.telemetry = Telemetry(self.autopilot, self.robot)
+        self.telemetry.add(COMPONENT_METADATA, self._component_metadata)
+        self._steps = round(SLICE_US * 1e-6 / self.robot.dt)
+        self._control_phase = 0
+
+    def _component_metadata(self) -> Message:
+        general = self.files.read(GENERAL) or b""
+        return component_metadata(self.telemetry.now_us // 1000, GENERAL_URI, file_crc(general))
+
+    def _reboot(self) -> None:
+        """Boot again where the vehicle stands: body parameters count, all else is forgotten."""
+        k = self.robot.kinematics()
+        self.boots += 1
+        self.missions.rest()
+        self._boot(
+            replace(
+                self.config,
+                north=k.north,
+                east=k.east,
+                down=k.down,
+                yaw=yaw_of(k[6:10]),
+                epoch_us=self.config.epoch_us + self.now_us,
+            )
+        )

@@ -29,7 +29,7 @@ def vehicle_of(scenario, spec) -> Vehicle:
             yaw=1.5707963267948966 - spec.heading,
             disturbance=spec.disturbance or scenario.disturbance,
             seed=scenario.seed,
-            setpoint_timeout=scenario.team.setpoint_timeout_s,
+            params={"GUID_TIMEOUT": scenario.team.setpoint_timeout_s},
             latch_position=False,
         )
     )

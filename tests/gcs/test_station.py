@@ -78,7 +78,7 @@ def test_it_asks_for_the_streams_it_needs_once_it_hears_the_vehicle(pair):
     assert names.count("LOCAL_POSITION_NED") == pytest.approx(5 * RATE_HZ, rel=0.05)
     assert names.count("ATTITUDE") == pytest.approx(5 * RATE_HZ / 2, rel=0.05)
     assert names.count("HEARTBEAT") == pytest.approx(10, abs=2)  # of both
-    for unwanted in ("GLOBAL_POSITION_INT", "GPS_RAW_INT", "POSITION_TARGET_LOCAL_NED"):
+    for unwanted in ("GLOBAL_POSITION_INT", "GPS_RAW_INT", "POSITION_TARGET_LOCAL_NED", "VFR_HUD"):
         assert unwanted not in names
     assert "SYS_STATUS" in names
 

@@ -12,12 +12,13 @@ from mavherd.transport.links import (
     TcpServer,
     UdpIn,
     UdpOut,
-    Watcher,
     listen_tcp,
     parse_address,
     patience,
     socket_pair_udp,
 )
+from mavherd.transport.mavlink import Codec, mav
+from mavherd.transport.watcher import Watcher
 
 HOST = "127.0.0.1"
 
@@ -179,6 +180,74 @@ def test_a_socket_pair_holds_a_tick_of_a_large_fleet():
             a.send(bytes(1500))
         b.settimeout(1)
         assert sum(len(b.recv(2000)) for _ in range(100)) == 150_000
+
+
+# Floods
+
+
+def frames(count):
+    return Codec(7).encode([mav.MAVLink_statustext_message(6, b"x" * 50)] * count)
+
+
+def test_much_to_say_goes_out_in_several_short_datagrams():
+    said = frames(60)
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as ground:
+        ground.send(b"hello")
+        ((peer, _),) = arrivals(port)
+        with udp() as other, closing(UdpOut(HOST, port_of(other))) as out:
+            for link, sock in ((peer, ground), (out, other)):
+                link.send(said)
+                heard = []
+                while sum(map(len, heard)) < len(said):
+                    heard.append(sock.recv(65535))
+                assert b"".join(heard) == said
+                assert max(map(len, heard)) <= 1200
+                assert len(heard) == 4
+
+
+def test_datagrams_of_a_paused_peer_are_dropped_and_the_others_heard():
+    with closing(UdpIn(HOST, 0)) as port, udp(port.port) as flood, udp(port.port) as good:
+        flood.send(b"1")
+        ((peer, _),) = arrivals(port)
+        peer.paused = True
+        for _ in range(5):
+            flood.send(b"2")
+        good.send(b"3")
+        assert [data for _, data in arrivals(port)] == [b"3"]
+        assert peer in port.links(), "paused is not gone"
+        peer.paused = False
+        flood.send(b"4")
+        assert [data for _, data in arrivals(port)] == [b"4"]
+
+
+def test_a_paused_udpout_hears_nothing():
+    with udp() as ground, closing(UdpOut(HOST, port_of(ground))) as link:
+        link.send(b"x")
+        _, vehicle = ground.recvfrom(100)
+        link.paused = True
+        ground.sendto(b"1", vehicle)
+        assert arrivals(link, 0.1) == []
+
+
+def test_a_paused_tcp_peer_waits_and_loses_nothing():
+    with closing(served()) as server, dialled(server) as flood, dialled(server) as good:
+        arrivals(server, 0.05)
+        peer, _ = server.links()
+        peer.paused = True
+        flood.sendall(b"later")
+        good.sendall(b"now")
+        assert [data for _, data in arrivals(server)] == [b"now"]
+        assert peer.socket not in server.sockets(), "or the watcher would spin"
+        peer.paused = False
+        assert [data for _, data in arrivals(server)] == [b"later"]
+
+
+def test_tcp_reads_a_flood_in_small_portions():
+    with closing(served()) as server, dialled(server) as flood:
+        arrivals(server, 0.05)
+        flood.sendall(bytes(100_000))
+        time.sleep(0.05)
+        assert all(len(data) <= 2048 for _, data in server.receive())
 
 
 # TCP

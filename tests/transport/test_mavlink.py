@@ -1,12 +1,14 @@
 """The codec finds every good frame in any bytes, in any slices, and never raises."""
 
 import itertools
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavherd.transport.mavlink import Codec, mav
+from mavherd.transport.mavlink import Codec, datagrams, mav
 
 
 def text(words: bytes) -> mav.MAVLink_statustext_message:
@@ -196,6 +198,15 @@ def test_unknown_incompatibility_flags_drop_the_frame(flag):
     assert names(got) == ["STATUSTEXT"]
 
 
+def test_unknown_compatibility_flags_are_none_of_our_business():
+    (frame,) = Codec(7).frames([heartbeat()])
+    body = frame[1:3] + b"\xff" + frame[4:-2]
+    crc = mav.x25crc([*body, mav.MAVLink_heartbeat_message.crc_extra]).crc
+    codec = Codec(1)
+    assert names(codec.decode(frame[:1] + body + crc.to_bytes(2, "little"))) == ["HEARTBEAT"]
+    assert codec.bad_bytes == 0
+
+
 def test_longer_payloads_of_a_newer_dialect_are_read():
     sender = mav.MAVLink(None, srcSystem=9, srcComponent=1)
     frame = bytearray(heartbeat().pack(sender))
@@ -229,3 +240,131 @@ def test_a_flood_of_invented_senders_does_not_grow_the_codec():
         for component in range(0, 256, 50):
             codec.decode(Codec(system, component).encode([heartbeat()]))
     assert len(codec._sequences) <= 256
+
+
+# MAVLink 1
+
+
+def a_v1_peer() -> Codec:
+    """A codec that has heard MAVLink 1 and nothing else."""
+    codec = Codec(7)
+    codec.decode(version_1(heartbeat()))
+    return codec
+
+
+def test_a_link_begins_in_mavlink_2():
+    assert Codec(7).encode([heartbeat()])[0] == 0xFD
+
+
+def test_who_speaks_mavlink_1_is_answered_in_mavlink_1():
+    codec = a_v1_peer()
+    answer = codec.encode([arm(3), heartbeat(), text(b"hello")])
+    assert answer[0] == 0xFE
+    heard = Codec(1).decode(answer)
+    assert names(heard) == ["COMMAND_LONG", "HEARTBEAT", "STATUSTEXT"]
+    assert (heard[0].target_system, heard[0].command, heard[0].param1) == (3, 400, 1)
+    assert (heard[2].text, heard[2].get_srcSystem(), heard[2].get_srcComponent()) == ("hello", 7, 1)
+    strict = mav.MAVLink(None)
+    assert {len(f) for f in codec.frames([heartbeat()])} == {8 + 9}
+    assert strict.decode(bytearray(codec.encode([heartbeat()]))).custom_mode == 4
+
+
+def test_one_frame_of_mavlink_2_is_enough_to_be_answered_in_it_for_good():
+    codec = a_v1_peer()
+    codec.decode(FRAME)
+    assert codec.encode([heartbeat()])[0] == 0xFD
+    codec.decode(version_1(heartbeat()))
+    assert codec.encode([heartbeat()])[0] == 0xFD
+
+
+def test_a_broken_frame_decides_nothing():
+    codec = Codec(7)
+    codec.decode(with_bad_checksum(version_1(heartbeat())), stream=False)
+    assert codec.version == 2
+
+
+def test_mavlink_1_leaves_out_what_it_cannot_carry_and_loses_no_number():
+    codec = a_v1_peer()
+    beyond = mav.MAVLink_obstacle_distance_message(0, 0, [0] * 72, 1, 0, 9)
+    assert beyond.get_msgId() > 255
+    receiver = Codec(1)
+    assert len(receiver.decode(codec.encode([heartbeat(), beyond, heartbeat()]))) == 2
+    assert receiver.lost == 0
+
+
+def test_mavlink_1_has_no_extension_fields_and_no_missing_zeros():
+    ack = mav.MAVLink_command_ack_message(400, 0, 50, 9, 255, 190)
+    (frame,) = a_v1_peer().frames([ack])
+    assert frame[1] == 3, "command and result"
+    (m,) = Codec(1).decode(frame)
+    assert (m.command, m.result, m.progress, m.target_system) == (400, 0, 0, 0)
+
+
+def definitions(name: str, read: set[str]) -> dict[int, list[str]]:
+    """Read the names of the fields before `<extensions/>` of every message, by its id."""
+    if name in read:
+        return {}
+    read.add(name)
+    root = ElementTree.parse(Path(mav.__file__).with_name(name)).getroot()
+    out = {}
+    for included in root.iter("include"):
+        out |= definitions(included.text, read)
+    for message in root.iter("message"):
+        tags = [child.tag for child in message]
+        end = tags.index("extensions") if "extensions" in tags else len(tags)
+        fields = [child.get("name") for child in message[:end] if child.tag == "field"]
+        out[int(message.get("id"))] = fields
+    return out
+
+
+def test_every_message_of_mavlink_1_has_the_length_that_its_definition_says():
+    base = definitions("ardupilotmega.xml", set())
+    sizes = {"char": 1, "float": 4, "double": 8}
+    codec, checked = a_v1_peer(), 0
+    for number, kind in mav.mavlink_map.items():
+        if number > 255:
+            continue
+        types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
+        arrays = dict(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))
+        length = sum(
+            (sizes.get(types[f]) or int(types[f].strip("uint_")) // 8) * (arrays[f] or 1)
+            for f in base[number]
+        )
+        zeros = [
+            b"" if types[f] == "char" else [0] * arrays[f] if arrays[f] else 0
+            for f in kind.fieldnames
+        ]
+        (frame,) = codec.frames([kind(*zeros)])
+        assert len(frame) == length + 8, kind.msgname
+        assert names(Codec(1).decode(frame)) == [kind.msgname]
+        checked += 1
+    assert checked > 150
+
+
+# Datagrams
+
+
+@given(st.lists(st.sampled_from([heartbeat(), arm(3), text(b"x" * 50)]), max_size=120))
+def test_datagrams_are_short_and_tear_no_frame(messages):
+    frames = Codec(7).frames(messages)
+    parts = list(datagrams(b"".join(frames)))
+    assert b"".join(parts) == b"".join(frames)
+    assert all(len(part) <= 1200 for part in parts)
+    receiver = Codec(1)
+    got = [m for part in parts for m in receiver.decode(part, stream=False)]
+    assert names(got) == names(messages)
+    assert len(parts) <= 1 + sum(map(len, frames)) // 900, "as few as fit"
+
+
+def test_frames_of_all_kinds_share_datagrams():
+    data = (signed(arm(1)) + version_1(text(b"y" * 50)) + FRAME) * 40
+    parts = list(datagrams(data))
+    assert b"".join(parts) == data
+    receiver = Codec(1)
+    assert sum(len(receiver.decode(part, stream=False)) for part in parts) == 120
+    assert receiver.bad_bytes == 0
+
+
+def test_what_is_no_frame_goes_as_it_is():
+    for junk in (b"x" * 3000, FRAME * 60 + b"x" * 3000):
+        assert b"".join(datagrams(junk)) == junk

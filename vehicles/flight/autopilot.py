@@ -1,125 +1,159 @@
-"""The flight and drive state machine: arming, modes, takeoff, landing, setpoints. No I/O, no clock.
+"""The flight and drive state machine: modes, home, and what the robot shall do. No I/O, no clock.
 
-MAVLink commands reach it through `commands.py`; what it wants flown comes out as `setpoint`.
+MAVLink commands reach it through `protocol/commands.py`; what it wants flown is `setpoint`.
 """
 
-from math import hypot
+from collections.abc import Callable
 
-from ...transport.frames import yaw_of
+from ...transport.frames import Origin, yaw_of
 from ...transport.mavlink import Message, mav
 from ..config import VehicleConfig
-from .modes import AUTOPILOT, IDENTITIES, Mode
-from .position_target import Here, IllegalTarget, PositionTarget, parse
-from ..robot import Robot, Setpoint, Vec3
+from ..missions.store import MissionStore
+from ..parameters.store import Parameters
+from ..robot import AttitudeSetpoint, Robot, Setpoint, Vec3
+from .arming import ACCEPTED, FAILED, Arming
+from .auto import Auto, arming_changed
+from .battery import Battery
+from .behaviour import HOLD, Behaviour
+from .failsafe import Failsafes
+from .fence import Fence
+from .guided import Guided
+from .hold import Hold
+from .land import Land
+from .modes import Mode
+from .personality import PERSONALITIES
+from .pilot import AltHold, Loiter, Manual, Stabilize
+from .rtl import CopterReturn, RoverReturn
+from .settings import Settings
+from .speaker import Speaker
+from .sticks import PilotInput
+from .takeoff import CLOSE, Takeoff, TakeoffMode
+from .targets import Targets
 
-DISARM_DELAY = 10.0  # s on the ground, armed, without a takeoff (ArduPilot's DISARM_DELAY)
-RTL_ALTITUDE = 15.0  # m above home (ArduPilot's RTL_ALT)
-LAND_SPEED = 0.5  # m/s (ArduPilot's LAND_SPEED)
-LAND_SPEED_HIGH = 1.0  # m/s above LAND_SLOW_BELOW
-LAND_SLOW_BELOW = 5.0  # m above home
-_SETTLED = 0.3  # s on the ground before motors stop
-_CLOSE = 0.2  # m: a takeoff or a leg home has arrived
-_TEXT_INTERVAL = 1.0  # s between equal STATUSTEXTs
-_MAX_TOPICS = 32  # different STATUSTEXTs within that time
-_UPDATE = 0.01  # s between two calls of `update`
-_NEVER = float("inf")
-_POSITION_ONLY = 0xDF8  # type_mask
-_HIGHEST = 10_000.0  # m, of a takeoff
-_LAND_LEAD = 0.5  # m that a landing's reference may be below the vehicle
+HIGHEST = 10_000.0  # m, of a takeoff
+_TAKES_OFF = (Mode.GUIDED, Mode.LOITER, Mode.ALT_HOLD)
+_GUIDES_ITSELF = (Mode.GUIDED, Mode.AUTO, Mode.RTL, Mode.LOITER, Mode.HOLD, Mode.TAKEOFF)
 
-_HOLD = Setpoint()
-ACCEPTED: int = mav.MAV_RESULT_ACCEPTED
-DENIED: int = mav.MAV_RESULT_DENIED
-FAILED: int = mav.MAV_RESULT_FAILED
+_COPTER: dict[Mode, Callable[["Autopilot"], Behaviour]] = {
+    Mode.STABILIZE: Stabilize,
+    Mode.ALT_HOLD: AltHold,
+    Mode.LOITER: Loiter,
+    Mode.HOLD: Hold,
+    Mode.GUIDED: Guided,
+    Mode.TAKEOFF: TakeoffMode,
+    Mode.AUTO: Auto,
+    Mode.RTL: CopterReturn,
+    Mode.LAND: Land,
+}
+_ROVER: dict[Mode, Callable[["Autopilot"], Behaviour]] = {
+    Mode.MANUAL: Manual,
+    Mode.LOITER: Hold,
+    Mode.HOLD: Hold,
+    Mode.GUIDED: Guided,
+    Mode.AUTO: Auto,
+    Mode.RTL: RoverReturn,
+}
+BEHAVIOURS = {"quadcopter": _COPTER, "rover": _ROVER}
 
 
 class Autopilot:
     """Decides what one robot does. `update` is called every 10 ms with seconds since boot."""
 
-    def __init__(self, config: VehicleConfig, robot: Robot) -> None:
+    def __init__(
+        self,
+        config: VehicleConfig,
+        robot: Robot,
+        parameters: Parameters,
+        settings: Settings,
+        missions: MissionStore,
+    ) -> None:
         self.config = config
-        self.identity = IDENTITIES[config.kind]
+        self.origin: Origin = config.origin
+        self.robot = robot
+        self.parameters = parameters
+        self.settings = settings
+        self.personality = PERSONALITIES[config.autopilot]
+        self.modes = self.personality.modes[config.kind]
         self.flies = config.kind == "quadcopter"
-        self.mode = self.identity.boot_mode
-        self.armed = False
+        self.mode = self.modes.boot
         self.now = 0.0
         self.home = Vec3(config.north, config.east, config.down)
         self.home_yaw = config.yaw
-        self.target: PositionTarget | None = None
-        self.setpoint = _HOLD
-        self.broadcasts: list[Message] = []  # for every link; the shell takes them
-        self._robot = robot
-        self._takeoff: Vec3 | None = None
-        self._has_flown = False
-        self._landed_since = 0.0  # when it last came to stand on the ground
-        self._target_at = 0.0
-        self._return_at: Vec3 | None = None  # where to climb to before flying home
-        self._land_at: Vec3 | None = None  # the point that a landing lets down
-        self._texts: dict[str, float] = {}
+        self.takeoff_height = settings.takeoff_height
+        self.wants_reboot = False
+        self.setpoint: Setpoint | AttitudeSetpoint = HOLD
+        self.speaker = Speaker()
+        self.missions = missions
+        self.pilot = PilotInput(self)
+        self.battery = Battery(self)
+        self.fence = Fence(self)
+        self.failsafes = Failsafes(self)
+        self.targets = Targets(self)
+        self.arming = Arming(self)
+        self.climb: Takeoff | None = None  # under way, whatever the mode does afterwards
+        self.behaviour: Behaviour
+        self._home_is_set = False  # by the user: arming leaves it alone
+        self._begin()
+        self.speaker.broadcast(self.heartbeat())
 
     # What others read
 
     @property
+    def armed(self) -> bool:
+        """Whether the motors may run."""
+        return self.arming.armed
+
+    @property
     def in_air(self) -> bool:
         """Whether the vehicle has left the ground."""
-        return self.flies and not self._robot.on_ground
+        return self.flies and not self.robot.on_ground
+
+    @property
+    def lifts(self) -> bool:
+        """Whether the vehicle may leave the ground now."""
+        return self.climb is not None or self.behaviour.lifts
+
+    @property
+    def lacks_stream(self) -> bool:
+        """Whether this flight stack wants setpoints before it is guided, and has none."""
+        age = self.now - self.targets.heard_at
+        return self.personality.guided_needs_stream and age > self.settings.offboard_loss_timeout
 
     @property
     def landed_state(self) -> int:
         """Return MAV_LANDED_STATE."""
         if not self.in_air:
             return int(mav.MAV_LANDED_STATE_ON_GROUND)
-        if self._takeoff is not None:
-            return int(mav.MAV_LANDED_STATE_TAKEOFF)
         if self.mode is Mode.LAND:
             return int(mav.MAV_LANDED_STATE_LANDING)
+        if self.climb is not None or self.mode is Mode.TAKEOFF:
+            return int(mav.MAV_LANDED_STATE_TAKEOFF)
         return int(mav.MAV_LANDED_STATE_IN_AIR)
-
-    def arming_refusal(self) -> str | None:
-        """Return why the vehicle cannot be armed now, None when it can."""
-        if self.mode is Mode.RTL:
-            return "RTL mode not armable"
-        if self.in_air:
-            return "in the air"
-        return None
 
     # What commands do; each returns a MAV_RESULT
 
-    def arm(self) -> int:
-        """Arm, or say why not."""
-        if self.armed:
-            return ACCEPTED
-        if reason := self.arming_refusal():
-            self.say(f"Arm: {reason}", mav.MAV_SEVERITY_CRITICAL)
-            return FAILED
-        self.armed = True
-        self._robot.motors_on = not self.flies  # rotors wait for a takeoff
-        self._has_flown = False
-        self._landed_since = self.now
-        k = self._robot.kinematics()
-        self.home, self.home_yaw = Vec3(k.north, k.east, k.down), yaw_of(k[6:10])
-        self._restart()
-        self.say("Arming motors" if self.flies else "Throttle armed")
-        self.broadcast_heartbeat()
-        return ACCEPTED
-
-    def disarm(self, *, force: bool = False) -> int:
-        """Disarm; in the air only by force."""
-        if self.in_air and not force:
-            self.say("Disarm: in the air", mav.MAV_SEVERITY_WARNING)
-            return FAILED
-        if self.armed:
-            self.armed = self._robot.motors_on = False
-            self._restart()
-            self.say("Disarming motors" if self.flies else "Throttle disarmed")
-            self.broadcast_heartbeat()
-        return ACCEPTED
-
     def set_mode(self, number: int) -> int:
         """Change to the mode with this `custom_mode`."""
-        mode = self.identity.mode(number)
+        mode = self.modes.mode(number)
         if mode is None:
-            self.say(f"No such mode {number}", mav.MAV_SEVERITY_WARNING)
+            name = self.modes.refused.get(number)
+            text = f"Mode {name} is not supported" if name else f"No such mode {number}"
+            self.say(text, mav.MAV_SEVERITY_WARNING)
+            return FAILED
+        return self.enter(mode)
+
+    def enter(self, mode: Mode) -> int:
+        """Change to `mode`, or say why not."""
+        reason = None
+        if mode not in BEHAVIOURS[self.config.kind] or mode not in self.modes.rows:
+            return int(mav.MAV_RESULT_UNSUPPORTED)
+        if mode is Mode.AUTO and self.in_air and not self.missions.mission.items:
+            reason = "no mission"
+        elif mode is Mode.GUIDED and self.in_air and self.lacks_stream:
+            reason = "no setpoints"
+        if reason:
+            text = f"Mode change to {self.modes.name(mode)} failed: {reason}"
+            self.say(text, mav.MAV_SEVERITY_WARNING)
             return FAILED
         self.change_mode(mode)
         return ACCEPTED
@@ -129,154 +163,133 @@ class Autopilot:
         if mode is self.mode:
             return
         self.mode = mode
-        self._restart()
-        self.broadcast_heartbeat()
+        self._begin()
+        self.speaker.broadcast(self.heartbeat())
 
     def take_off(self, height: float) -> int:
         """Climb to `height` metres above home, from where the vehicle stands."""
-        if not (self.armed and self.mode is Mode.GUIDED and not self.in_air):
-            return FAILED
-        if not _CLOSE < height < _HIGHEST:
+        if not CLOSE < height < HIGHEST:
             self.say(f"Takeoff: {height:g} m is out of range", mav.MAV_SEVERITY_WARNING, "takeoff")
             return FAILED
-        k = self._robot.kinematics()
-        self._takeoff = Vec3(k.north, k.east, self.home.down - height)
-        self.target = None
+        if self.in_air:
+            return FAILED
+        if self.personality.takeoff_enters_mode:
+            self.takeoff_height = height
+            self.change_mode(Mode.TAKEOFF)
+            return ACCEPTED
+        if not (self.armed and self.mode in _TAKES_OFF):
+            return FAILED
+        self.targets.forget()
+        self.climb = Takeoff(self, height)
         return ACCEPTED
 
     def follow(self, message: Message) -> None:
-        """Take a SET_POSITION_TARGET_*; heard in GUIDED only. An illegal one means hold."""
-        if self.mode is not Mode.GUIDED:
-            return
-        k = self._robot.kinematics()
-        here = Here(
-            Vec3(k.north, k.east, k.down), yaw_of(k[6:10]), self.home.down, self.config.origin
-        )
-        try:
-            self.target = parse(message, self.config.kind, here)
-        except IllegalTarget as reason:
-            self.target = None
-            self.say(f"Target refused: {reason}", mav.MAV_SEVERITY_WARNING, topic="target")
-        self._takeoff = None
-        self._target_at = self.now
+        """Take a SET_POSITION_TARGET_* or SET_ATTITUDE_TARGET; most heed it in GUIDED only."""
+        if self.mode is Mode.GUIDED or self.personality.targets_heard_in_any_mode:
+            self.targets.follow(message)
+
+    def reposition(self, place: Vec3, yaw: float | None, speed: float) -> int:
+        """Go to a place (local NED) and stay there, in GUIDED (PX4: in HOLD)."""
+        wanted = Mode.HOLD if self.personality.takeoff_enters_mode else Mode.GUIDED
+        if self.mode is not wanted and (refusal := self.enter(wanted)) != ACCEPTED:
+            return refusal
+        if speed > 0:
+            self.robot.speed_limit = speed
+        self.climb = None
+        if isinstance(self.behaviour, Hold):
+            self.behaviour.go_to(place, yaw)
+        else:
+            self.targets.go_to(place, yaw)
+        return ACCEPTED
+
+    def set_home(self, home: Vec3, *, by_user: bool = True) -> None:
+        """Move home (local NED); one that the user has set stays when arming."""
+        self.home = home
+        self._home_is_set = by_user
 
     def say(self, text: str, severity: int = mav.MAV_SEVERITY_INFO, topic: str = "") -> None:
         """Send a STATUSTEXT to everybody; the same text (or topic) at most once a second."""
-        topic = topic or text
-        if self.now - self._texts.get(topic, -_TEXT_INTERVAL) < _TEXT_INTERVAL:
-            return
-        if len(self._texts) >= _MAX_TOPICS:
-            self._texts = {t: at for t, at in self._texts.items() if self.now - at < _TEXT_INTERVAL}
-            if len(self._texts) >= _MAX_TOPICS:
-                return
-        self._texts[topic] = self.now
-        for i in range(0, len(text), 50):
-            chunk = text[i : i + 50].encode("ascii", "replace")
-            self.broadcasts.append(mav.MAVLink_statustext_message(severity, chunk))
+        self.speaker.say(text, severity, topic or text, self.now)
 
-    def broadcast_heartbeat(self) -> None:
-        """Tell everybody at once that mode or arming has changed."""
-        waiting = [m for m in self.broadcasts if m.get_type() != "HEARTBEAT"]
-        self.broadcasts = [*waiting, self.heartbeat()]
+    def introduction(self) -> list[str]:
+        """Return the texts by which ArduPilot introduces itself when parameters are listed."""
+        if not self.personality.banner:
+            return []
+        frame = ["Frame: QUAD/X"] if self.flies else []
+        return [f"{self.modes.firmware} {self.personality.banner}", *frame]
 
     def heartbeat(self) -> Message:
         """Return HEARTBEAT as things are now."""
-        flags = mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-        if self.armed:
-            flags |= mav.MAV_MODE_FLAG_SAFETY_ARMED
-        if self.mode is Mode.GUIDED:
-            flags |= mav.MAV_MODE_FLAG_GUIDED_ENABLED
-        active = self.in_air if self.flies else self.armed and self.mode is not Mode.HOLD
         message: Message = mav.MAVLink_heartbeat_message(
-            self.identity.mav_type,
-            AUTOPILOT,
-            flags,
-            self.identity.number(self.mode),
-            mav.MAV_STATE_ACTIVE if active else mav.MAV_STATE_STANDBY,
+            self.modes.mav_type,
+            self.personality.autopilot,
+            self._base_mode(),
+            self.modes.number(self.mode),
+            self._system_status(),
             3,
         )
         return message
 
-    # Every 10 ms
+    # What happens
+
+    def on_arming(self) -> None:
+        """Begin the mode anew, with home here unless the user has set it."""
+        if self.armed and not self._home_is_set:
+            k = self.robot.kinematics()
+            self.home, self.home_yaw = Vec3(k.north, k.east, k.down), yaw_of(k[6:10])
+        arming_changed(self)
+        self._begin()
+        self.speaker.broadcast(self.heartbeat())
 
     def update(self, now: float) -> None:
-        """Advance the state machine to `now` and decide the setpoint."""
+        """Advance the state machine to `now` and decide the setpoint; called every 10 ms."""
         self.now = now
+        self.battery.update()
+        self.arming.watch()
+        self.failsafes.update()
+        self.robot.motors_on = self.armed
+        if not self.armed:
+            self.setpoint = HOLD
+        elif self.climb is not None:
+            self.setpoint = self._climb(self.climb)
+        else:
+            setpoint = self.behaviour.update()
+            self.setpoint = setpoint if not self.flies or self.in_air or self.lifts else HOLD
+
+    def _climb(self, climb: Takeoff) -> Setpoint | AttitudeSetpoint:
+        """Take off; a target that comes in meanwhile takes over."""
+        if self.targets.current is None and not climb.done:
+            return climb.setpoint
+        self.climb = None
+        may_stay = self.targets.current is None and self.fence.refusal(climb.position) is None
+        if may_stay and self.mode is Mode.GUIDED:
+            self.targets.go_to(climb.position)
+        return self.behaviour.update()
+
+    def _begin(self) -> None:
+        """Begin the present mode from scratch."""
+        self.climb = None
+        self.robot.speed_limit = self.robot.climb_limit = self.robot.descent_limit = None
+        self.robot.reset_control()
+        if not self.personality.guided_needs_stream:
+            self.targets.forget()
+        self.behaviour = BEHAVIOURS[self.config.kind][self.mode](self)
+
+    def _base_mode(self) -> int:
+        """Return MAV_MODE_FLAGs, as ArduPilot sets them."""
+        flags: int = mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        if self.armed:
+            flags |= mav.MAV_MODE_FLAG_SAFETY_ARMED
         if self.flies:
-            if self.armed:
-                self._watch_ground()
-            # On the ground only a takeoff spins the rotors up; setpoints do not.
-            self._robot.motors_on = self.armed and (self.in_air or self._takeoff is not None)
-        match self.mode if self.armed else Mode.HOLD:
-            case Mode.GUIDED:
-                self.setpoint = self._guided()
-            case Mode.RTL:
-                self.setpoint = self._return()
-            case Mode.LAND:
-                self.setpoint = self._descend()
-            case _:
-                self.setpoint = _HOLD
+            flags |= mav.MAV_MODE_FLAG_STABILIZE_ENABLED | mav.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+        elif self.mode is Mode.MANUAL:
+            flags |= mav.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+        if self.mode in _GUIDES_ITSELF:
+            flags |= mav.MAV_MODE_FLAG_GUIDED_ENABLED
+        return flags
 
-    def _watch_ground(self) -> None:
-        if self.in_air:
-            self._has_flown = True
-            self._landed_since = self.now
-        elif self._takeoff is None:
-            landing = self._has_flown and self.mode is Mode.LAND
-            if self.now - self._landed_since > (_SETTLED if landing else DISARM_DELAY):
-                self.disarm()
-
-    def _guided(self) -> Setpoint:
-        k = self._robot.kinematics()
-        if self._takeoff is not None:
-            if abs(k.down - self._takeoff.down) > _CLOSE:
-                return Setpoint(position=self._takeoff)
-            self.target = PositionTarget(Setpoint(position=self._takeoff), _POSITION_ONLY)
-            self._target_at, self._takeoff = _NEVER, None  # nobody streams it
-        if self.target and self.now - self._target_at > self.config.setpoint_timeout:
-            self._expire(self.target)
-        return self.target.at(yaw_of(k[6:10])) if self.target else _HOLD
-
-    def _expire(self, target: PositionTarget) -> None:
-        """Nobody has renewed the target within GUID_TIMEOUT: keep a latched position, or hold."""
-        self.target = target.expired() if self.config.latch_position else None
-        self._target_at = _NEVER
-        if self.target != target:
-            self.say("Target not received, stopping", mav.MAV_SEVERITY_WARNING)
-
-    def _return(self) -> Setpoint:
-        k = self._robot.kinematics()
-        near = hypot(k.north - self.home.north, k.east - self.home.east) < _CLOSE
-        if self.flies and not self.in_air:
-            self.disarm()
-            return _HOLD
-        if not self.flies:
-            if near:
-                self.change_mode(Mode.HOLD)
-                return _HOLD
-            return Setpoint(position=self.home)
-        if self._return_at is None:
-            ceiling = min(k.down, self.home.down - RTL_ALTITUDE)
-            self._return_at = Vec3(k.north, k.east, ceiling)
-        if abs(k.down - self._return_at.down) < _CLOSE:
-            self._return_at = self._return_at._replace(north=self.home.north, east=self.home.east)
-            if near:
-                down = self._return_at.down
-                self.change_mode(Mode.LAND)
-                self._land_at = self.home._replace(down=down)
-                return self._descend()
-        return Setpoint(position=self._return_at)
-
-    def _descend(self) -> Setpoint:
-        if not self.in_air:
-            return _HOLD
-        k = self._robot.kinematics()
-        high = self.home.down - k.down > LAND_SLOW_BELOW
-        speed = LAND_SPEED_HIGH if high else LAND_SPEED
-        at = self._land_at or Vec3(k.north, k.east, k.down)
-        self._land_at = at._replace(down=min(at.down + speed * _UPDATE, k.down + _LAND_LEAD))
-        return Setpoint(position=self._land_at, velocity=Vec3(0.0, 0.0, speed))
-
-    def _restart(self) -> None:
-        self.target = self._takeoff = self._return_at = self._land_at = None
-        self._robot.reset_control()
+    def _system_status(self) -> int:
+        if self.failsafes.active:
+            return int(mav.MAV_STATE_CRITICAL)
+        active = self.in_air if self.flies else self.mode is not Mode.HOLD
+        return int(mav.MAV_STATE_ACTIVE if active else mav.MAV_STATE_STANDBY)

@@ -1,123 +1,127 @@
-"""MAVLink requests to one vehicle: every command is answered, UNSUPPORTED where we do not."""
+"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command is answered, at least UNSUPPORTED."""
 
 from collections.abc import Callable
-from math import isfinite
+from dataclasses import dataclass
 
-from ...transport.mavlink import AUTOPILOT_COMPONENT, Message, mav
-from ..flight.autopilot import ACCEPTED, DENIED, Autopilot
-from ..flight.modes import Mode
+from ...transport.mavlink import Message, mav
+from ..flight.autopilot import Autopilot
+from .command import ACCEPTED, DENIED, FAILED, UNSUPPORTED, Command, Refused
+from .flight_commands import FLIGHT_COMMANDS
+from .service import Handler
 from .streams import Streams
 from .telemetry import Telemetry
 
-UNSUPPORTED: int = mav.MAV_RESULT_UNSUPPORTED
-FAILED: int = mav.MAV_RESULT_FAILED
-_FORCE = 21196  # the magic number that disarms in the air
-
-Params = tuple[float, ...]
 Answer = tuple[int, list[Message]]
 
 
-class Commands:
-    """Answers what one link says to the vehicle."""
+class CommandService:
+    """Answers commands that come over one link."""
 
-    def __init__(self, autopilot: Autopilot, telemetry: Telemetry) -> None:
+    def __init__(self, autopilot: Autopilot, telemetry: Telemetry, streams: Streams) -> None:
         self._autopilot = autopilot
         self._telemetry = telemetry
-        self._system_id = autopilot.config.system_id
-        self._commands: dict[int, Callable[[Params, Streams], Answer]] = {
-            mav.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_disarm,
-            mav.MAV_CMD_NAV_TAKEOFF: self._takeoff,
-            mav.MAV_CMD_NAV_LAND: lambda p, s: self._enter(Mode.LAND),
-            mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda p, s: self._enter(Mode.RTL),
-            mav.MAV_CMD_DO_SET_MODE: self._set_mode,
-            mav.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
-            mav.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
-            mav.MAV_CMD_REQUEST_MESSAGE: lambda p, s: self._send_once(p[0]),
-            mav.MAV_CMD_GET_HOME_POSITION: lambda p, s: self._send_once(
-                mav.MAVLINK_MSG_ID_HOME_POSITION
-            ),
-            mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: lambda p, s: self._send_once(
-                mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION
-            ),
+        self._streams = streams
+        self.handlers: dict[str, Handler] = {
+            "COMMAND_LONG": self._on_command,
+            "COMMAND_INT": self._on_command,
+            "SET_MODE": self._on_set_mode,
         }
 
-    def handle(self, message: Message, streams: Streams) -> list[Message]:
-        """React to one message from the ground and return the replies to its sender's link."""
-        sender = message.get_srcSystem(), message.get_srcComponent()
-        if sender == (self._system_id, AUTOPILOT_COMPONENT) or not self._is_for_me(message):
-            return []  # our own words come back, or somebody else is meant
-        match message.get_type():
-            case "SET_POSITION_TARGET_LOCAL_NED" | "SET_POSITION_TARGET_GLOBAL_INT":
-                self._autopilot.follow(message)
-                return []
-            case "COMMAND_LONG" | "COMMAND_INT":
-                return self._on_command(message, streams)
-            case "SET_MODE":  # legacy; ArduPilot obeys and sends no ACK
-                self._set_mode((message.base_mode, message.custom_mode), streams)
-                return []
+    def due(self, now: float) -> list[Message]:
+        """Return nothing: every answer is given at once."""
         return []
 
-    def _is_for_me(self, message: Message) -> bool:
-        system = getattr(message, "target_system", 0)
-        component = getattr(message, "target_component", 0)
-        return system in (0, self._system_id) and component in (0, AUTOPILOT_COMPONENT)
+    def _on_command(self, m: Message) -> list[Message]:
+        try:
+            result, replies = self._run(Command.read(m))
+        except Refused as refusal:
+            result, replies = refusal.result, []
+        return [_ack(m, m.command, result), *replies]
 
-    def _on_command(self, m: Message, streams: Streams) -> list[Message]:
-        if m.get_type() == "COMMAND_INT":  # x and y are degrees, 1e-7, or plain numbers
-            params: Params = (m.param1, m.param2, m.param3, m.param4, m.x, m.y, m.z)
-        else:
-            params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
-        run = self._commands.get(m.command)
-        result, replies = run(params, streams) if run else (UNSUPPORTED, [])
-        ack = mav.MAVLink_command_ack_message(
-            m.command,
-            result,
-            target_system=m.get_srcSystem(),
-            target_component=m.get_srcComponent(),
-        )
-        return [ack, *replies]
+    def _run(self, c: Command) -> Answer:
+        if row := FLIGHT_COMMANDS.get(c.number):
+            if self._autopilot.config.kind not in row.kinds:
+                return UNSUPPORTED, []
+            return row.run(self._autopilot, c), []
+        if link_row := LINK_COMMANDS.get(c.number):
+            return link_row.run(self, c)
+        return UNSUPPORTED, []
 
-    def _arm_disarm(self, p: Params, _: Streams) -> Answer:
-        if p[0] == 1:
-            return self._autopilot.arm(), []
-        if p[0] == 0:
-            return self._autopilot.disarm(force=p[1] == _FORCE), []
-        return DENIED, []
+    def _on_set_mode(self, m: Message) -> list[Message]:
+        """Obey the legacy SET_MODE; ArduPilot sends no ACK for it."""
+        custom = m.base_mode & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        result = self._autopilot.set_mode(m.custom_mode) if custom else UNSUPPORTED
+        if not self._autopilot.personality.acks_set_mode:
+            return []
+        return [_ack(m, mav.MAV_CMD_DO_SET_MODE, result)]
 
-    def _takeoff(self, p: Params, _: Streams) -> Answer:
-        if not self._autopilot.flies:
-            return UNSUPPORTED, []
-        return self._autopilot.take_off(p[6]), []
+    # What concerns this link only
 
-    def _enter(self, mode: Mode) -> Answer:
-        if mode not in self._autopilot.identity.modes:
-            return UNSUPPORTED, []
-        self._autopilot.change_mode(mode)
+    def set_interval(self, c: Command) -> Answer:
+        """Answer SET_MESSAGE_INTERVAL."""
+        message_id, interval_us = c.whole(1), c.number_at(2)
+        if not self._streams.offers(message_id):
+            return self._autopilot.personality.unknown_interval_refusal, []
+        if not self._streams.set_interval(message_id, interval_us, self._telemetry.now_us):
+            return DENIED, []
         return ACCEPTED, []
 
-    def _set_mode(self, p: Params, _: Streams) -> Answer:
-        if not (isfinite(p[0]) and isfinite(p[1])):
-            return DENIED, []
-        if not int(p[0]) & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            return UNSUPPORTED, []
-        return self._autopilot.set_mode(int(p[1])), []
-
-    def _set_interval(self, p: Params, streams: Streams) -> Answer:
-        message_id, interval_us = p[0], p[1]
-        if not (isfinite(message_id) and isfinite(interval_us)):
-            return DENIED, []
-        if not streams.offers(int(message_id)):
+    def get_interval(self, c: Command) -> Answer:
+        """Answer GET_MESSAGE_INTERVAL."""
+        message_id = c.whole(1)
+        known = 0 <= message_id <= _HIGHEST_ID
+        if not known:
             return FAILED, []
-        streams.set_interval(int(message_id), interval_us, self._telemetry.now_us)
-        return ACCEPTED, []
-
-    def _get_interval(self, p: Params, streams: Streams) -> Answer:
-        if not isfinite(p[0]) or not streams.offers(int(p[0])):
-            return FAILED, []
-        message_id = int(p[0])
-        interval = streams.interval_us(message_id)
+        offered = self._streams.offers(message_id)
+        interval = self._streams.interval_us(message_id) if offered else 0  # 0: not available
         return ACCEPTED, [mav.MAVLink_message_interval_message(message_id, interval)]
 
-    def _send_once(self, message_id: float) -> Answer:
-        message = self._telemetry.make(int(message_id)) if isfinite(message_id) else None
-        return (ACCEPTED, [message]) if message else (FAILED, [])
+    def send_once(self, message_id: int, index: float = 0.0) -> Answer:
+        """Answer a request for one message; `index` chooses among several."""
+        messages = self._telemetry.request(message_id, index)
+        if not messages:
+            return self._autopilot.personality.unknown_message_refusal, []
+        return ACCEPTED, messages
+
+
+_HIGHEST_ID = 0xFFFF  # what MESSAGE_INTERVAL can name
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRow:
+    """A command about one link: what answers it, and what the docs say."""
+
+    run: Callable[[CommandService, Command], Answer]
+    note: str
+
+
+LINK_COMMANDS: dict[int, LinkRow] = {
+    mav.MAV_CMD_SET_MESSAGE_INTERVAL: LinkRow(
+        CommandService.set_interval,
+        "for this link; -1 stops, 0 restores the default; HEARTBEAT: 0..5 s",
+    ),
+    mav.MAV_CMD_GET_MESSAGE_INTERVAL: LinkRow(
+        CommandService.get_interval, "answers MESSAGE_INTERVAL"
+    ),
+    mav.MAV_CMD_REQUEST_MESSAGE: LinkRow(
+        lambda s, c: s.send_once(c.whole(1), c.params[1]),
+        "sends it once; FAILED for one that we do not have",
+    ),
+    mav.MAV_CMD_GET_HOME_POSITION: LinkRow(
+        lambda s, c: s.send_once(mav.MAVLINK_MSG_ID_HOME_POSITION), "sends HOME_POSITION"
+    ),
+    mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: LinkRow(
+        lambda s, c: s.send_once(mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION), "sends AUTOPILOT_VERSION"
+    ),
+}
+"""Every command that concerns the link it came on."""
+
+
+def _ack(m: Message, command: int, result: int) -> Message:
+    message: Message = mav.MAVLink_command_ack_message(
+        command,
+        result,
+        target_system=m.get_srcSystem(),
+        target_component=m.get_srcComponent(),
+    )
+    return message

@@ -390,7 +390,7 @@ def test_one_position_target_is_enough(quad, texts):
 
 
 def test_one_position_target_is_not_enough_without_latching(desk, texts):
-    quad = desk("quadcopter", latch_position=False, setpoint_timeout=0.5)
+    quad = desk("quadcopter", latch_position=False, params={"GUID_TIMEOUT": 0.5})
     quad.fly()
     quad.send(quad.target(POSITION, x=50, z=-3))
     said = quad.run(8)
@@ -404,7 +404,7 @@ def test_one_position_target_is_not_enough_without_latching(desk, texts):
 
 @pytest.mark.parametrize("timeout", [0.5, 3.0])
 def test_a_velocity_expires_after_the_timeout(desk, timeout, texts):
-    rover = desk("rover", setpoint_timeout=timeout)
+    rover = desk("rover", params={"GUID_TIMEOUT": timeout})
     rover.fly()
     said = stream(rover, rover.target(VELOCITY, vx=1.0), 4)
     assert texts(said)[1:] == []

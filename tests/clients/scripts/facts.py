@@ -1,0 +1,28 @@
+"""What every client script needs: to tell what it has seen, and to measure places."""
+
+import json
+import time
+from math import cos, hypot, radians
+
+METRES_PER_DEGREE = 111_319.5  # of latitude; what ArduPilot uses
+_STARTED = time.monotonic()
+
+
+def fact(**facts: object) -> None:
+    """Print one line of JSON for the test that has started this script."""
+    print(json.dumps({**facts, "at_s": round(time.monotonic() - _STARTED, 1)}), flush=True)
+
+
+def offset(lat: float, lon: float, north: float, east: float) -> tuple[float, float]:
+    """Return the place so many metres north and east of another, in degrees."""
+    return (
+        lat + north / METRES_PER_DEGREE,
+        lon + east / METRES_PER_DEGREE / cos(radians(lat)),
+    )
+
+
+def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """Return the metres between two places given in degrees."""
+    north = (b[0] - a[0]) * METRES_PER_DEGREE
+    east = (b[1] - a[1]) * METRES_PER_DEGREE * cos(radians(a[0]))
+    return hypot(north, east)

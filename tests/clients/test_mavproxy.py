@@ -1,0 +1,18 @@
+"""MAVProxy at its prompt: what a person types works, and the answers are read."""
+
+import pytest
+
+pytestmark = [pytest.mark.clients, pytest.mark.timeout(200)]
+
+
+def test_a_person_at_mavproxys_prompt_flies_a_copter(start, run):
+    vehicle = start("quadcopter", speed=3)
+    seen = run("mavproxy_job.py", f"tcp:127.0.0.1:{vehicle.tcp}")
+    assert seen["parameters"] >= 150
+    assert seen["rtl_alt"] == [1500, 1200, 1200]
+    assert seen["listed"] == {"wp": 5, "fence": 4, "rally": 2}
+    assert seen["altered"] == 6
+    assert seen["rally_after_clear"] == 0
+    for what in ("took_off", "guided", "mission", "returned"):
+        assert seen[what]
+    assert seen["refused"]

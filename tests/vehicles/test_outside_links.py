@@ -1,0 +1,325 @@
+"""Several clients at once, on real sockets: heard by one another, each in its own MAVLink.
+
+Nobody is starved by a flood, and the coordinator's private link takes no part in any of it.
+"""
+
+import socket
+import threading
+import time
+from contextlib import closing, contextmanager, suppress
+
+import pytest
+
+from mavherd.transport.links import TcpServer, UdpIn, UdpOut, listen_tcp, socket_pair_udp
+from mavherd.transport.mavlink import Codec, mav
+from mavherd.vehicles.config import VehicleConfig
+from mavherd.vehicles.process import VehicleProcess
+from mavherd.vehicles.vehicle import Vehicle
+
+HOST = "127.0.0.1"
+OWN = 3
+PATIENCE = 10.0  # s, for a machine that does much else
+
+
+@contextmanager
+def running(*endpoints, coordinator=None):
+    """Run a vehicle process in a thread, on the wall clock."""
+    control, theirs = socket.socketpair()
+    vehicle = Vehicle(VehicleConfig(kind="rover", system_id=OWN, name="r3", seed=4))
+    process = VehicleProcess(vehicle, list(endpoints), control=theirs, coordinator=coordinator)
+    thread = threading.Thread(target=process.run_free)
+    thread.start()
+    try:
+        yield process
+    finally:
+        control.close()
+        thread.join(5)
+        process.close()
+        theirs.close()
+        assert not thread.is_alive()
+
+
+class Station:
+    """A ground station, or another vehicle, on one link of ours."""
+
+    def __init__(self, sock, system, component=190, version=2):
+        self.sock = sock
+        self.codec = Codec(system, component)
+        self.codec.version = version
+        self.version = version
+        self.frames = []
+
+    def send(self, *messages):
+        self.codec.version = self.version  # whatever it hears
+        frames = self.codec.frames(messages)
+        self.sock.sendall(b"".join(frames))
+        return frames
+
+    def beat(self):
+        return self.send(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+
+    def hear(self, name, sender=None, seconds=PATIENCE, **fields):
+        """Wait for a message; return it, None when it does not come."""
+        deadline = time.monotonic() + seconds
+        while (left := deadline - time.monotonic()) > 0:
+            self.sock.settimeout(left)
+            try:
+                data = self.sock.recv(65535)
+            except TimeoutError:
+                break
+            found = None
+            for m, frame in self.codec.decode_frames(data):
+                self.frames.append(frame)
+                is_it = m.get_type() == name and sender in (None, m.get_srcSystem())
+                if is_it and all(getattr(m, k) == v for k, v in fields.items()):
+                    found = m
+            if found:
+                return found
+        return None
+
+    def command(self, number, *params, system=OWN, component=1):
+        p = (*params, *(0,) * (7 - len(params)))
+        return self.send(mav.MAVLink_command_long_message(system, component, number, 0, *p))
+
+    def ask(self, number, *params, **target):
+        """Send a command until it is answered; return the result."""
+        for _ in range(20):
+            self.command(number, *params, **target)
+            if ack := self.hear("COMMAND_ACK", seconds=PATIENCE / 20, command=number):
+                return ack.result
+        raise AssertionError(f"no answer to {number}")
+
+
+@pytest.fixture
+def open_later():
+    """Close these when the test is over."""
+    sockets = []
+    yield sockets.append
+    for sock in sockets:
+        sock.close()
+
+
+@pytest.fixture
+def net(open_later):
+    """Return a process with a TCP and a UDP port, and functions that dial them."""
+
+    class Net:
+        def __init__(self, process, server, port):
+            self.process, self.server, self.port = process, server, port
+
+        def tcp(self, *args, **kwargs):
+            sock = socket.create_connection((HOST, self.server.port), timeout=5)
+            open_later(sock)
+            return Station(sock, *args, **kwargs)
+
+        def udp(self, *args, **kwargs):
+            sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            sock.connect((HOST, self.port.port))
+            open_later(sock)
+            return Station(sock, *args, **kwargs)
+
+    server, port = TcpServer(listen_tcp(HOST, 0)), UdpIn(HOST, 0)
+    with running(server, port) as process:
+        yield Net(process, server, port)
+
+
+def met(*stations):
+    """Have every station heard before anything else is tried."""
+    for station in stations:
+        assert station.ask(mav.MAV_CMD_REQUEST_MESSAGE, 0) is not None
+    for station in stations:
+        station.beat()
+
+
+# Forwarding
+
+
+def test_two_stations_see_one_anothers_heartbeats(net):
+    a, b = net.tcp(255), net.udp(254)
+    met(a, b)
+    for one, other, system in ((a, b, 255), (b, a, 254)):
+        (frame,) = one.beat()
+        while frame not in other.frames:  # not a byte of which is changed
+            assert other.hear("HEARTBEAT", system)
+
+
+def test_a_command_reaches_another_vehicle_through_us_and_its_answer_comes_back(net):
+    station, vehicle = net.tcp(255), net.udp(77, 1)
+    met(station, vehicle)
+    (sent,) = station.command(400, 1, system=77)
+    heard = vehicle.hear("COMMAND_LONG", 255)
+    assert (heard.target_system, heard.command) == (77, 400)
+    assert sent in vehicle.frames
+    vehicle.send(mav.MAVLink_command_ack_message(400, 2, 0, 0, 255, 190))
+    assert station.hear("COMMAND_ACK", 77).result == 2
+
+
+def test_what_is_meant_for_us_is_not_shown_to_others(net):
+    a, b = net.tcp(255), net.udp(254)
+    met(a, b)
+    for _ in range(5):
+        assert a.ask(mav.MAV_CMD_REQUEST_MESSAGE, 0) is not None
+    assert b.hear("COMMAND_LONG", seconds=0.3) is None
+
+
+def test_a_camera_of_ours_on_another_link_answers_for_itself(net):
+    station, camera = net.tcp(255), net.udp(OWN, 100)
+    met(station, camera)
+    station.command(521, 1, component=100)
+    assert camera.hear("COMMAND_LONG", 255).target_component == 100
+    camera.send(mav.MAVLink_command_ack_message(521, 0, 0, 0, 255, 190))
+    acks = []
+    while ack := station.hear("COMMAND_ACK", seconds=1.0, command=521):
+        acks.append((ack.get_srcComponent(), ack.result))
+    assert acks == [(100, 0)], "and we do not"
+
+
+def test_a_station_on_two_links_does_not_hear_itself_or_make_a_loop(net):
+    a, b, c = net.tcp(255), net.udp(255), net.tcp(254)
+    met(a, b, c)
+    for _ in range(20):
+        a.beat()
+        b.beat()
+    assert c.hear("HEARTBEAT", 255)
+    assert a.hear("HEARTBEAT", 255, seconds=0.3) is None
+    assert b.hear("HEARTBEAT", 255, seconds=0.3) is None
+
+
+def test_two_bridges_between_our_links_make_no_loop(net):
+    a, b, c = net.tcp(255), net.udp(201), net.tcp(202)
+    met(a, b, c)
+    a.beat()
+    assert b.hear("HEARTBEAT", 255)
+    frame = next(f for f in reversed(b.frames) if Codec(1).decode(f)[0].get_srcSystem() == 255)
+    for _ in range(3):  # as somebody does who bridges the two
+        c.sock.sendall(frame)
+        b.sock.sendall(frame)
+    time.sleep(0.2)
+    b.hear("HEARTBEAT", 9, seconds=0.2)
+    assert b.frames.count(frame) == 1
+
+
+def test_the_coordinators_link_takes_no_part_in_forwarding():
+    mine, theirs = socket_pair_udp()
+    server = TcpServer(listen_tcp(HOST, 0))
+    with closing(mine), closing(theirs), running(server, coordinator=theirs):
+        coordinator = Station(mine, 254)
+        with socket.create_connection((HOST, server.port), timeout=5) as sock:
+            outside = Station(sock, 255)
+            met(coordinator, outside)
+            coordinator.command(400, 1, system=255, component=190)
+            outside.command(400, 1, system=254, component=190)
+            for _ in range(3):
+                coordinator.beat()
+                outside.beat()
+            assert coordinator.hear("HEARTBEAT", 255, seconds=0.3) is None
+            assert outside.hear("HEARTBEAT", 254, seconds=0.3) is None
+            assert coordinator.hear("COMMAND_LONG", seconds=0.2) is None
+            assert outside.hear("COMMAND_LONG", seconds=0.2) is None
+
+
+# MAVLink 1
+
+
+@pytest.mark.parametrize("how", ["tcp", "udp"])
+def test_a_mavlink_1_client_is_answered_in_mavlink_1(net, how):
+    client = getattr(net, how)(255, version=1)
+    met(client)
+    client.frames.clear()
+    assert client.ask(mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION) == 0
+    assert client.hear("HEARTBEAT", OWN)
+    assert client.hear("LOCAL_POSITION_NED", OWN)
+    assert {frame[0] for frame in client.frames} == {0xFE}
+    new = net.udp(254)
+    met(new)
+    assert new.hear("HEARTBEAT", OWN)
+    assert {frame[0] for frame in new.frames[-5:]} == {0xFD}, "another one is not concerned"
+
+
+def test_a_mavlink_1_client_is_shown_no_frames_that_it_cannot_read(net):
+    old, new = net.tcp(255, version=1), net.udp(254)
+    met(old, new)
+    old.frames.clear()
+    for _ in range(3):
+        new.beat()
+    assert old.hear("HEARTBEAT", 254, seconds=0.3) is None
+    assert {frame[0] for frame in old.frames} <= {0xFE}
+    old.beat()
+    assert new.hear("HEARTBEAT", 255), "but the other way round there is no harm"
+
+
+# Datagrams
+
+
+def test_many_answers_come_in_short_datagrams(net):
+    client = net.udp(255)
+    met(client)
+    asked = [
+        mav.MAVLink_command_long_message(
+            OWN, 1, mav.MAV_CMD_REQUEST_MESSAGE, 0, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION, *[0] * 6
+        )
+    ] * 40
+    client.send(*asked)
+    lengths, deadline = [], time.monotonic() + 1
+    client.sock.settimeout(0.5)
+    with suppress(TimeoutError):
+        while time.monotonic() < deadline:
+            lengths.append(len(client.sock.recv(65535)))
+    assert sum(lengths) > 40 * 40
+    assert len(lengths) > 1
+    assert max(lengths) <= 1200
+
+
+def test_udpout_is_spared_long_datagrams_too():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+        sock.bind((HOST, 0))
+        with running(UdpOut(HOST, sock.getsockname()[1])):
+            sock.settimeout(PATIENCE)
+            sock.connect(sock.recvfrom(2000)[1])
+            station = Station(sock, 255)
+            met(station)
+
+
+# Floods
+
+
+def flood_with(station, stop):
+    """Commands that are all answered, as fast as they go; answers are thrown away."""
+    command = mav.MAVLink_command_long_message(OWN, 1, mav.MAV_CMD_REQUEST_MESSAGE, 0, *[0] * 7)
+    data = b"".join(station.codec.frames([command] * 20))
+    station.sock.setblocking(False)
+    while not stop.is_set():
+        for _ in range(20):
+            with suppress(OSError):
+                station.sock.send(data)
+            with suppress(OSError):
+                while station.sock.recv(65535):
+                    pass
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize("how", ["tcp", "udp"])
+def test_a_flood_starves_neither_physics_nor_other_clients(net, how):
+    good = net.tcp(255)
+    flooder = getattr(net, how)(254)
+    met(good, flooder)
+    stop = threading.Event()
+    thread = threading.Thread(target=flood_with, args=(flooder, stop))
+    thread.start()
+    try:
+        time.sleep(0.5)
+        began, before = time.monotonic(), net.process.vehicle.now_us
+        waits = []
+        while time.monotonic() - began < 2.0:
+            asked = time.monotonic()
+            assert good.ask(mav.MAV_CMD_REQUEST_MESSAGE, 0) is not None
+            waits.append(time.monotonic() - asked)
+        wall = time.monotonic() - began
+        flown = (net.process.vehicle.now_us - before) * 1e-6
+    finally:
+        stop.set()
+        thread.join()
+        flooder.sock.settimeout(PATIENCE)
+    assert flown > 0.8 * wall
+    assert sorted(waits)[len(waits) // 2] < 0.1
+    assert flooder.ask(mav.MAV_CMD_REQUEST_MESSAGE, 0) is not None, "it may come back"

@@ -1,0 +1,116 @@
+"""Messages of MAVLink's common set that the installed dialect lacks: for sending only.
+
+Field names, types and numbers are those of `common.xml` at mavlink.io. Each class is built as
+the dialect builds its own, so that `Codec` packs it like any other message.
+"""
+
+import struct
+from collections.abc import Callable
+from itertools import chain
+from typing import Any
+
+from .mavlink import Message, mav
+
+_CODES = {
+    "char": "s",
+    "float": "f",
+    "uint8_t": "B",
+    "int16_t": "h",
+    "uint16_t": "H",
+    "int32_t": "i",
+    "uint32_t": "I",
+    "uint64_t": "Q",
+}
+Field = tuple[str, str, int]
+"""Type, name, and the length of an array (0: no array)."""
+
+
+def _define(
+    message_id: int, name: str, crc_extra: int, fields: tuple[Field, ...]
+) -> Callable[..., Message]:
+    """Return the class of a message; it takes its fields in the order given here."""
+    wire = sorted(fields, key=lambda field: -struct.calcsize(_CODES[field[0]]))  # stable
+    formats = [f"{length or ''}{_CODES[kind]}" for kind, _, length in wire]
+    packer = struct.Struct("<" + "".join(formats))
+    names = [field for _, field, _ in fields]
+    is_array = {field: length > 0 and kind != "char" for kind, field, length in fields}
+
+    def init(self: Any, *values: object) -> None:
+        mav.MAVLink_message.__init__(self, message_id, name)
+        self._fieldnames = names
+        for field, value in zip(names, values, strict=True):
+            setattr(self, field, value)
+
+    def pack(self: Any, end: Any, force_mavlink1: bool = False) -> bytes:
+        values = ((field, getattr(self, field)) for _, field, _ in wire)
+        flat = chain.from_iterable(v if is_array[field] else (v,) for field, v in values)
+        frame: bytes = self._pack(end, crc_extra, packer.pack(*flat), force_mavlink1=force_mavlink1)
+        return frame
+
+    body = {
+        "__init__": init,
+        "__doc__": f"{name}, to be sent.",
+        "pack": pack,
+        "id": message_id,
+        "msgname": name,
+        "fieldnames": names,
+        "ordered_fieldnames": [field for _, field, _ in wire],
+        "fieldtypes": [kind for kind, _, _ in fields],
+        "array_lengths": [length for _, _, length in wire],
+        "crc_extra": crc_extra,
+    }
+    return type(f"MAVLink_{name.lower()}_message", (mav.MAVLink_message,), body)
+
+
+ESC_STATUS_ID = 291
+PROTOCOL_VERSION_ID = 300
+AVAILABLE_MODES_ID = 435
+CURRENT_MODE_ID = 436
+
+esc_status = _define(
+    ESC_STATUS_ID,
+    "ESC_STATUS",
+    10,
+    (
+        ("uint8_t", "index", 0),
+        ("uint64_t", "time_usec", 0),
+        ("int32_t", "rpm", 4),
+        ("float", "voltage", 4),
+        ("float", "current", 4),
+    ),
+)
+protocol_version = _define(
+    PROTOCOL_VERSION_ID,
+    "PROTOCOL_VERSION",
+    217,
+    (
+        ("uint16_t", "version", 0),
+        ("uint16_t", "min_version", 0),
+        ("uint16_t", "max_version", 0),
+        ("uint8_t", "spec_version_hash", 8),
+        ("uint8_t", "library_version_hash", 8),
+    ),
+)
+available_modes = _define(
+    AVAILABLE_MODES_ID,
+    "AVAILABLE_MODES",
+    134,
+    (
+        ("uint8_t", "number_modes", 0),
+        ("uint8_t", "mode_index", 0),
+        ("uint8_t", "standard_mode", 0),
+        ("uint32_t", "custom_mode", 0),
+        ("uint32_t", "properties", 0),
+        ("char", "mode_name", 35),
+    ),
+)
+current_mode = _define(
+    CURRENT_MODE_ID,
+    "CURRENT_MODE",
+    193,
+    (
+        ("uint8_t", "standard_mode", 0),
+        ("uint32_t", "custom_mode", 0),
+        ("uint32_t", "intended_custom_mode", 0),
+    ),
+)

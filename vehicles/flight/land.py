@@ -1,0 +1,37 @@
+"""Let down at one place, fast while high and slowly near the ground."""
+
+from typing import TYPE_CHECKING
+
+from ..config import SLICE_US
+from ..robot import Setpoint, Vec3
+from .behaviour import HOLD
+
+if TYPE_CHECKING:
+    from .autopilot import Autopilot
+
+_LEAD = 0.5  # m that the reference may be below the vehicle
+_UPDATE = SLICE_US * 1e-6  # s
+_FASTEST = 100.0  # m/s: the controller's own limit holds
+
+
+class Land:
+    """Descends over `at` (default: where the vehicle is); `arming.py` disarms it afterwards."""
+
+    lifts = False
+
+    def __init__(self, autopilot: "Autopilot", at: Vec3 | None = None) -> None:
+        self._autopilot = autopilot
+        self._at = at
+
+    def update(self) -> Setpoint:
+        """Return a reference that sinks at the landing speed."""
+        autopilot, settings = self._autopilot, self._autopilot.settings
+        if not autopilot.in_air:
+            return HOLD
+        k = autopilot.robot.kinematics()
+        speed = settings.land_speed
+        if autopilot.home.down - k.down > settings.land_slow_below:
+            speed = settings.land_speed_high or _FASTEST
+        at = self._at or Vec3(k.north, k.east, k.down)
+        self._at = at._replace(down=min(at.down + speed * _UPDATE, k.down + _LEAD))
+        return Setpoint(position=self._at, velocity=Vec3(0.0, 0.0, speed))

@@ -1,0 +1,47 @@
+"""What the autopilot says to everybody: STATUSTEXT without flooding, and news of every kind."""
+
+from ...transport.mavlink import Message, mav
+
+_CHUNK = 50  # characters in a STATUSTEXT
+_INTERVAL = 1.0  # s between equal texts
+_MAX_TOPICS = 32  # different texts within that time
+
+
+class Speaker:
+    """Collects messages for every link; the process takes them every 10 ms."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Message] = []
+        self._said_at: dict[str, float] = {}
+        self._id = 0
+
+    def say(self, text: str, severity: int, topic: str, now: float) -> None:
+        """Send a STATUSTEXT; the same topic at most once a second.
+
+        Text beyond 50 characters goes out in chunks that carry an id (MAVLink 2).
+        """
+        if now - self._said_at.get(topic, -_INTERVAL) < _INTERVAL:
+            return
+        if len(self._said_at) >= _MAX_TOPICS:
+            self._said_at = {t: at for t, at in self._said_at.items() if now - at < _INTERVAL}
+            if len(self._said_at) >= _MAX_TOPICS:
+                return
+        self._said_at[topic] = now
+        data = text.encode("ascii", "replace")
+        chunks = [data[i : i + _CHUNK] for i in range(0, len(data), _CHUNK)] or [b""]
+        self._id = (self._id % 0xFFFF + 1) if len(chunks) > 1 else self._id
+        for number, chunk in enumerate(chunks):
+            text_id = self._id if len(chunks) > 1 else 0
+            self.waiting.append(mav.MAVLink_statustext_message(severity, chunk, text_id, number))
+
+    def broadcast(self, message: Message) -> None:
+        """Send a message to everybody; of each kind of state only the newest waits."""
+        if message.get_type() in ("HEARTBEAT", "HOME_POSITION", "MISSION_CURRENT"):
+            kind = message.get_type()
+            self.waiting = [m for m in self.waiting if m.get_type() != kind]
+        self.waiting.append(message)
+
+    def take(self) -> list[Message]:
+        """Return and forget what waits."""
+        taken, self.waiting = self.waiting, []
+        return taken

@@ -1,0 +1,135 @@
+"""What a mission does beside flying: DO and CONDITION items, one after another."""
+
+from collections.abc import Callable, Sequence
+from math import atan2, hypot, inf, radians
+from typing import TYPE_CHECKING
+
+from ...transport.frames import yaw_of
+from ...transport.mavlink import mav
+from ..missions.items import Item
+from ..robot import AttitudeSetpoint, Setpoint, Vec3
+from .heading import Heading
+from .legs import place_of
+
+if TYPE_CHECKING:
+    from .autopilot import Autopilot
+
+_TURN_RATE = radians(60)  # rad/s, where CONDITION_YAW gives none
+_LIMITS = {0: "speed_limit", 1: "speed_limit", 2: "climb_limit", 3: "descent_limit"}
+_AS_TUNED = -2.0
+_HERE = 1.0  # param1 of DO_SET_HOME
+_OVERHEAD = 1.0  # m: so near above a region of interest the nose stays where it is
+
+Condition = Callable[[], bool]
+
+
+class Steps:
+    """Runs the items between two NAV items while the second one is flown.
+
+    A CONDITION holds up those after it; what is left when the NAV item is done is dropped.
+    One item is begun in every update, so that a list of nothing else floods nobody.
+    """
+
+    def __init__(
+        self, autopilot: "Autopilot", begun: Callable[[int], Item], done: Callable[[int], None]
+    ) -> None:
+        self._autopilot = autopilot
+        self._begun = begun
+        self._done = done
+        self._waiting: list[int] = []
+        self._at: int | None = None  # the condition that is waited for
+        self._condition: Condition | None = None
+        self._heading: Heading | None = None
+        self._interest: Vec3 | None = None
+        self._goal: Vec3 | None = None
+
+    def begin(self, items: Sequence[int], goal: Vec3 | None) -> None:
+        """Run these items on the way to `goal`; a new leg takes the nose back."""
+        self._waiting = list(items)
+        self._condition = self._at = self._heading = None
+        self._goal = goal
+
+    def forget(self) -> None:
+        """Drop what waits: the list has changed."""
+        self._waiting = []
+        self._condition = self._at = None
+
+    def turn(self, heading: Heading) -> None:
+        """Point the nose where `heading` says, until the next leg."""
+        self._heading = heading
+
+    def update(self) -> None:
+        """Look at the condition, or begin the next item."""
+        if self._condition is not None:
+            if not self._condition():
+                return
+            if self._at is not None:
+                self._done(self._at)
+            self._condition = self._at = None
+        if not self._waiting:
+            return
+        index = self._waiting.pop(0)
+        condition = self._run(self._begun(index))
+        if condition is None:
+            self._done(index)
+        else:
+            self._at, self._condition = index, condition
+
+    def look(self, setpoint: Setpoint | AttitudeSetpoint) -> Setpoint | AttitudeSetpoint:
+        """Return the setpoint with the nose where CONDITION_YAW or DO_SET_ROI wants it."""
+        if not self._autopilot.flies or isinstance(setpoint, AttitudeSetpoint):
+            return setpoint
+        if self._heading is not None:
+            return setpoint._replace(yaw=self._heading.update(), yaw_rate=None)
+        if self._interest is not None:
+            k = self._autopilot.robot.kinematics()
+            north, east = self._interest.north - k.north, self._interest.east - k.east
+            if hypot(north, east) > _OVERHEAD:
+                return setpoint._replace(yaw=atan2(east, north), yaw_rate=None)
+        return setpoint
+
+    def _run(self, item: Item) -> Condition | None:
+        """Do what `item` says; return what to wait for, None when it is done at once."""
+        autopilot = self._autopilot
+        match item.command:
+            case mav.MAV_CMD_CONDITION_DELAY:
+                until = autopilot.now + item.param1
+                return lambda: autopilot.now >= until
+            case mav.MAV_CMD_CONDITION_DISTANCE:
+                return lambda: self._distance() <= item.param1
+            case mav.MAV_CMD_CONDITION_YAW:
+                self._heading = heading = self._turn(item)
+                return lambda: heading.done
+            case mav.MAV_CMD_DO_CHANGE_SPEED:
+                self._change_speed(item)
+            case mav.MAV_CMD_DO_SET_HOME:
+                k = autopilot.robot.kinematics()
+                here = Vec3(k.north, k.east, k.down)
+                autopilot.set_home(here if item.param1 == _HERE else place_of(autopilot, item))
+            case mav.MAV_CMD_DO_SET_ROI_LOCATION | mav.MAV_CMD_DO_SET_ROI:
+                self._interest = place_of(autopilot, item) if item.has_place else None
+            case mav.MAV_CMD_DO_SET_ROI_NONE:
+                self._interest = None
+        return None
+
+    def _distance(self) -> float:
+        if self._goal is None:
+            return inf
+        k = self._autopilot.robot.kinematics()
+        return hypot(self._goal.north - k.north, self._goal.east - k.east)
+
+    def _turn(self, item: Item) -> Heading:
+        yaw = yaw_of(self._autopilot.robot.kinematics()[6:10])
+        direction = (item.param3 > 0) - (item.param3 < 0)
+        angle = radians(item.param1 % 360)
+        if item.param4 == 1:  # relative to where the nose points, to the right unless told
+            angle = yaw + (-angle if direction < 0 else angle)
+        rate = radians(item.param2) if item.param2 > 0 else _TURN_RATE
+        return Heading(yaw, angle, min(rate, _TURN_RATE), direction)
+
+    def _change_speed(self, item: Item) -> None:
+        limit, speed = _LIMITS[int(item.param1)], item.param2
+        if speed > 0 or speed == _AS_TUNED:
+            value = speed if speed > 0 else None
+            setattr(self._autopilot.robot, limit, value)
+            self._autopilot.missions.progress.speed_limits[limit] = value

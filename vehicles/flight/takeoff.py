@@ -1,0 +1,48 @@
+"""A climb from the ground to a height, as NAV_TAKEOFF asks for."""
+
+from typing import TYPE_CHECKING
+
+from ..robot import Setpoint, Vec3
+from .behaviour import HOLD
+from .modes import Mode
+
+if TYPE_CHECKING:
+    from .autopilot import Autopilot
+
+CLOSE = 0.2  # m: a takeoff or a leg has arrived
+
+
+class Takeoff:
+    """Straight up from where the vehicle stands to `height` metres above home."""
+
+    def __init__(self, autopilot: "Autopilot", height: float) -> None:
+        self._autopilot = autopilot
+        k = autopilot.robot.kinematics()
+        self.position = Vec3(k.north, k.east, autopilot.home.down - height)
+
+    @property
+    def done(self) -> bool:
+        """Whether the height is reached."""
+        k = self._autopilot.robot.kinematics()
+        return abs(k.down - self.position.down) <= CLOSE
+
+    @property
+    def setpoint(self) -> Setpoint:
+        """Return where to climb to."""
+        return Setpoint(position=self.position)
+
+
+class TakeoffMode:
+    """PX4's TAKEOFF: climbs to the height asked for, then changes to hold."""
+
+    def __init__(self, autopilot: "Autopilot") -> None:
+        self._autopilot = autopilot
+        self._climb = Takeoff(autopilot, autopilot.takeoff_height)
+        self.lifts = True
+
+    def update(self) -> Setpoint:
+        """Climb; once there, hand over to hold."""
+        if not self._climb.done:
+            return self._climb.setpoint
+        self._autopilot.change_mode(Mode.HOLD)
+        return HOLD

@@ -1,0 +1,1 @@
+"""What users may set: names, types, limits, values, and the files that keep them."""

@@ -1,0 +1,56 @@
+"""The parameters of one vehicle: its flight stack's table with the truth of its gain profile."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+from . import ardupilot_copter, ardupilot_rover, px4
+from .parameter import INT32, Parameter
+from .profile import body_and_tuning
+
+RANGE = 100.0
+"""A gain or constant may be so many times its usual value, or less by as much."""
+
+TABLES: Mapping[tuple[str, str], tuple[Parameter, ...]] = {
+    ("ardupilot", "quadcopter"): ardupilot_copter.TABLE,
+    ("ardupilot", "rover"): ardupilot_rover.TABLE,
+    ("generic", "quadcopter"): ardupilot_copter.TABLE,
+    ("generic", "rover"): ardupilot_rover.TABLE,
+    ("px4", "quadcopter"): px4.QUADCOPTER_TABLE,
+    ("px4", "rover"): px4.ROVER_TABLE,
+}
+"""By personality and kind of vehicle; defaults of gains and constants are still open."""
+
+PRESETS: Mapping[str, Mapping[str, object]] = {"px4": px4.PRESETS}
+"""Settings in which a flight stack differs although it has no parameter for them."""
+
+SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYS_ID")
+"""The parameters that show the system id."""
+
+_UNBOUNDED = 1e9  # the limit that `rows.gain` and `rows.constant` leave open
+_ANY = 1e6  # of a gain that usually is zero
+
+
+@cache
+def table(personality: str, kind: str, profile: str) -> tuple[Parameter, ...]:
+    """Return the parameters in the order in which they are listed."""
+    parts = dict(zip(("body", "tuning"), body_and_tuning(kind, profile), strict=True))
+    rows = []
+    for parameter in TABLES[personality, kind]:
+        part, _, name = (parameter.follows or parameter.path).partition(".")
+        if part in parts:
+            parameter = _with_default(parameter, float(getattr(parts[part], name)))
+        if personality == "px4" and parameter.is_integer:
+            parameter = replace(parameter, type=INT32)  # PX4 knows no other integers
+        rows.append(parameter)
+    if personality == "px4":
+        rows.sort(key=lambda parameter: parameter.name)  # as PX4 lists them
+    return tuple(rows)
+
+
+def _with_default(parameter: Parameter, usual: float) -> Parameter:
+    default = parameter.to_wire(usual)
+    low, high = parameter.low, max(parameter.high, default)
+    if parameter.high == _UNBOUNDED:
+        low, high = 0.0, default * RANGE or _ANY
+    return replace(parameter, default=default, low=low, high=high)

@@ -1,0 +1,185 @@
+"""MAV_CMDs that make the vehicle do something; each returns a MAV_RESULT."""
+
+from math import copysign, isfinite, isnan, radians
+
+from ...transport.frames import yaw_of
+from ...transport.mavlink import mav
+from ..flight.auto import Auto, set_mission_current, start_mission
+from ..flight.autopilot import Autopilot
+from ..flight.heading import Heading
+from ..flight.modes import Mode
+from ..flight.position_target import IllegalTarget
+from ..robot import Vec3
+from .command import ACCEPTED, DENIED, FAILED, UNSUPPORTED, Command, FlightRow, Refused
+
+FORCE = 21196  # the magic number that disarms in the air, and arms without checks
+_REPOSITION_CHANGES_MODE = 1
+_USUAL_YAW_RATE = radians(60)  # of CONDITION_YAW without a rate
+_REBOOT = 1
+
+
+def _arm_disarm(a: Autopilot, c: Command) -> int:
+    force = c.params[1] == FORCE
+    if c.params[0] == 1:
+        return a.arming.arm(force=force)
+    if c.params[0] == 0:
+        return a.arming.disarm(force=force)
+    return DENIED
+
+
+def _prearm_checks(a: Autopilot, _: Command) -> int:
+    return a.arming.run_checks()
+
+
+def _takeoff(a: Autopilot, c: Command) -> int:
+    height = c.z
+    if a.personality.takeoff_is_amsl or c.frame in (
+        mav.MAV_FRAME_GLOBAL,
+        mav.MAV_FRAME_GLOBAL_INT,
+    ):
+        height += a.home.down - a.origin.alt_m
+    if a.personality.takeoff_is_amsl and (isnan(height) or height <= 0):
+        height = a.settings.takeoff_height
+    return a.take_off(height) if isfinite(height) else DENIED
+
+
+def _set_mode(a: Autopilot, c: Command) -> int:
+    if not c.whole(1) & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+        return UNSUPPORTED
+    if a.personality.sub_modes:
+        return a.set_mode(c.whole(2) << 16 | c.whole(3) << 24)
+    return a.set_mode(c.whole(2))
+
+
+def _reposition(a: Autopilot, c: Command) -> int:
+    if a.mode is not Mode.GUIDED and not a.personality.takeoff_enters_mode:
+        if not c.whole(2) & _REPOSITION_CHANGES_MODE:
+            return DENIED
+    place = _place_or_here(a, c)
+    yaw = None if isnan(c.params[3]) or c.params[3] == 0 else c.number_at(4)
+    if reason := a.fence.refusal(place):
+        a.say(f"Reposition refused: {reason}", mav.MAV_SEVERITY_WARNING)
+        return DENIED
+    return a.reposition(place, yaw, speed=c.params[0])
+
+
+def _place_or_here(a: Autopilot, c: Command) -> Vec3:
+    """Return the place asked for; what is NaN (PX4's habit) stays as it is."""
+    k = a.robot.kinematics()
+    if c.is_int or not (isnan(c.x) or isnan(c.y) or isnan(c.z)):
+        return c.place(a.origin, a.home.down)
+    if isnan(c.x) and isnan(c.y):
+        down = k.down if isnan(c.z) else a.origin.alt_m - c.z
+        return Vec3(k.north, k.east, down)
+    raise Refused
+
+
+def _condition_yaw(a: Autopilot, c: Command) -> int:
+    if a.mode not in (Mode.GUIDED, Mode.AUTO):
+        return FAILED
+    angle, rate, direction = radians(c.number_at(1)), radians(c.number_at(2)), c.whole(3)
+    if rate < 0 or direction not in (-1, 0, 1):
+        return DENIED
+    yaw = yaw_of(a.robot.kinematics()[6:10])
+    relative = c.params[3] == 1
+    target = yaw + copysign(angle, direction or 1) if relative else angle
+    heading = Heading(yaw, target, rate or _USUAL_YAW_RATE, direction)
+    (a.behaviour if isinstance(a.behaviour, Auto) else a.targets).turn(heading)
+    return ACCEPTED
+
+
+def _change_speed(a: Autopilot, c: Command) -> int:
+    kind, speed = c.whole(1), c.number_at(2)
+    if speed <= 0:
+        return FAILED
+    if kind in (mav.SPEED_TYPE_AIRSPEED, mav.SPEED_TYPE_GROUNDSPEED):
+        a.robot.speed_limit = speed
+    elif kind == mav.SPEED_TYPE_CLIMB_SPEED and a.flies:
+        a.robot.climb_limit = speed
+    elif kind == mav.SPEED_TYPE_DESCENT_SPEED and a.flies:
+        a.robot.descent_limit = speed
+    else:
+        return DENIED
+    return ACCEPTED
+
+
+def _set_home(a: Autopilot, c: Command) -> int:
+    k = a.robot.kinematics()
+    if c.params[0] == 1:
+        a.set_home(Vec3(k.north, k.east, k.down))
+    else:
+        a.set_home(c.place(a.origin, a.home.down))
+    return ACCEPTED
+
+
+def _mission_start(a: Autopilot, c: Command) -> int:
+    return start_mission(a, c.params[0], c.params[1])
+
+
+def _set_current(a: Autopilot, c: Command) -> int:
+    done = set_mission_current(a, c.params[0], reset=c.params[1] == 1)
+    return ACCEPTED if done else FAILED
+
+
+def _fence_enable(a: Autopilot, c: Command) -> int:
+    return a.fence.enable(c.whole(1), c.whole(2))
+
+
+def _terminate(a: Autopilot, c: Command) -> int:
+    return a.arming.disarm(force=True) if c.number_at(1) > 0.5 else DENIED  # noqa: PLR2004
+
+
+def _reboot(a: Autopilot, c: Command) -> int:
+    if c.params[0] != _REBOOT:
+        return DENIED
+    if a.armed:
+        a.say("Reboot refused: armed", mav.MAV_SEVERITY_WARNING)
+        return FAILED
+    a.wants_reboot = True
+    return ACCEPTED
+
+
+def _enter(mode: Mode) -> "FlightRow":
+    return FlightRow(lambda a, _: a.enter(mode), f"changes the mode to {mode.name}")
+
+
+_COPTER_ONLY = ("quadcopter",)
+
+FLIGHT_COMMANDS: dict[int, FlightRow] = {
+    mav.MAV_CMD_COMPONENT_ARM_DISARM: FlightRow(
+        _arm_disarm,
+        "param1 exactly 0 or 1, else DENIED; param2 21196 disarms in the air and arms without checks",
+    ),
+    mav.MAV_CMD_RUN_PREARM_CHECKS: FlightRow(_prearm_checks, "says what hinders arming"),
+    mav.MAV_CMD_NAV_TAKEOFF: FlightRow(
+        _takeoff,
+        "param7 metres above home, armed, in GUIDED, LOITER or ALT_HOLD; PX4: AMSL or NaN",
+        _COPTER_ONLY,
+    ),
+    mav.MAV_CMD_NAV_LAND: FlightRow(lambda a, _: a.enter(Mode.LAND), "lands here", _COPTER_ONLY),
+    mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: _enter(Mode.RTL),
+    mav.MAV_CMD_NAV_LOITER_UNLIM: _enter(Mode.LOITER),
+    mav.MAV_CMD_DO_SET_MODE: FlightRow(
+        _set_mode, "param1 with CUSTOM_MODE_ENABLED, param2 custom_mode; PX4: main and sub mode"
+    ),
+    mav.MAV_CMD_DO_REPOSITION: FlightRow(
+        _reposition, "goes to a place; in GUIDED, or with param2 bit 0 from any mode"
+    ),
+    mav.MAV_CMD_CONDITION_YAW: FlightRow(
+        _condition_yaw, "turns in GUIDED or AUTO: angle, rate, direction, relative", _COPTER_ONLY
+    ),
+    mav.MAV_CMD_DO_CHANGE_SPEED: FlightRow(
+        _change_speed, "horizontal, climb or descent speed until the mode changes"
+    ),
+    mav.MAV_CMD_DO_SET_HOME: FlightRow(_set_home, "here (param1 = 1) or at a place"),
+    mav.MAV_CMD_MISSION_START: FlightRow(_mission_start, "enters AUTO; param1: first item"),
+    mav.MAV_CMD_DO_SET_MISSION_CURRENT: FlightRow(
+        _set_current, "param1: item; param2 = 1 forgets jumps and what is done"
+    ),
+    mav.MAV_CMD_DO_FENCE_ENABLE: FlightRow(_fence_enable, "param1: 0 off, 1 on"),
+    mav.MAV_CMD_DO_FLIGHTTERMINATION: FlightRow(_terminate, "stops the motors at once"),
+    mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: FlightRow(
+        _reboot, "param1 = 1 while disarmed: new parameters count, time begins anew"
+    ),
+}
+"""Every command that moves the vehicle or its state; others are UNSUPPORTED."""
