@@ -1,6 +1,6 @@
 """Write docs/mavlink.md: what a vehicle speaks, from the tables that it speaks by.
 
-    python docs/make_mavlink.py
+python docs/make_mavlink.py
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,7 +13,7 @@ from mavherd.vehicles.missions.items import MissionType
 from mavherd.vehicles.missions.supported import SUPPORTED, Effect
 from mavherd.vehicles.protocol.commands import LINK_COMMANDS
 from mavherd.vehicles.protocol.flight_commands import FLIGHT_COMMANDS
-from mavherd.vehicles.protocol.streams import DEFAULT_RATES_HZ
+from mavherd.vehicles.protocol.telemetry import name_of, note_of
 from mavherd.vehicles.vehicle import Vehicle
 
 PAGE = Path(__file__).parent / "mavlink.md"
@@ -101,13 +101,15 @@ def _heard() -> str:
 def _sent() -> str:
     vehicle = Vehicle(VehicleConfig(kind="quadcopter", system_id=1))
     px4 = Vehicle(VehicleConfig(kind="quadcopter", system_id=1, autopilot="px4"))
+    streams = [v.converse(spoken=True).streams for v in (vehicle, px4)]
     rows = []
     for message_id in sorted(vehicle.telemetry.ids | px4.telemetry.ids):
-        name = mav.mavlink_map[message_id].msgname
         who = [v for v in (vehicle, px4) if message_id in v.telemetry.ids]
-        only = "" if len(who) == 2 else f"{who[0].config.autopilot} only"  # noqa: PLR2004
-        rate = DEFAULT_RATES_HZ.get(message_id, 0)
-        rows.append((f"{name} ({message_id})", f"{rate:g}" if rate else "on request", only))
+        only = "" if len(who) == 2 else f"not {vehicle.config.autopilot}"
+        interval_us = max(s.interval_us(message_id) for s in streams)
+        rate = f"{1e6 / interval_us:g}" if interval_us > 0 else "on request"
+        note = "; ".join(filter(None, (only, note_of(message_id))))
+        rows.append((f"{name_of(message_id)} ({message_id})", rate, note))
     text = (
         "At any rate up to 100 Hz with SET_MESSAGE_INTERVAL, or once with REQUEST_MESSAGE. Hz: sent"
         " unasked on a link that has spoken, each link on its own."

@@ -26,6 +26,8 @@ PX4_HOME_LAT, PX4_HOME_LON, PX4_HOME_ALT and PX4_SIM_SPEED_FACTOR count where no
 """
 _HOME = "47.3977,8.5456,488,0"
 _FARTHEST = 1e5  # m that a vehicle may start from its origin
+_LAST_PORT = 65535
+_ENDS = f"ports end at {_LAST_PORT}"
 _APART = 3.0  # m between vehicles of --count
 
 
@@ -159,7 +161,10 @@ def _configs(args: argparse.Namespace) -> Iterator[VehicleConfig]:
 def _tcp(args: argparse.Namespace, instance: int, index: int) -> socket.socket | None:
     """Return the listening socket of vehicle `index` of --count."""
     if args.tcp:
-        return listen_tcp(LOOPBACK, args.tcp + 10 * index)
+        number = args.tcp + 10 * index
+        if number > _LAST_PORT:
+            raise LinkError(f"--tcp {args.tcp}: vehicle {index + 1} needs {number}; {_ENDS}")
+        return listen_tcp(LOOPBACK, number)
     if args.tcp == 0 or args.udpin:
         return None
     return PortPlan().listen(instance + index)

@@ -21,11 +21,15 @@ ONLY_IN = {
     "yaml": ("scenarios/", "gcs/"),
 }
 HEAVY = {"numpy", "scipy", "matplotlib", "pyarrow", "rerun", "rich"}
-PHYSICS = ("quadcopter", "rover", "physics", "mixer", "pid", "quadcopter_control", "rover_control")
+PHYSICS = (
+    *("quadcopter", "rover", "physics", "mixer", "pid", "quadcopter_control", "rover_control"),
+    *("quadcopter_tuning", "attitude_control", "speed_limit"),
+)
 PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "functools"}
 SANS_IO = (
     *(f"transport/{name}" for name in ("mavlink", "frames", "wire")),
-    *(f"vehicles/flight/{name}" for name in ("autopilot", "position_target")),
+    *(f"vehicles/flight/{name}" for name in ("autopilot", "position_target", "attitude_target")),
+    *(f"vehicles/flight/{name}" for name in ("pilot", "sticks")),
     *(f"vehicles/protocol/{name}" for name in ("commands", "streams", "rates")),
     *(f"vehicles/protocol/telemetry/{name}" for name in ("telemetry", "view", "status")),
     "vehicles/vehicle",

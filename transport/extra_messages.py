@@ -25,10 +25,9 @@ Field = tuple[str, str, int]
 """Type, name, and the length of an array (0: no array)."""
 
 
-def _define(
-    message_id: int, name: str, crc_extra: int, fields: tuple[Field, ...]
-) -> Callable[..., Message]:
+def _define(message_id: int, crc_extra: int, fields: tuple[Field, ...]) -> Callable[..., Message]:
     """Return the class of a message; it takes its fields in the order given here."""
+    name = NAMES[message_id]
     wire = sorted(fields, key=lambda field: -struct.calcsize(_CODES[field[0]]))  # stable
     formats = [f"{length or ''}{_CODES[kind]}" for kind, _, length in wire]
     packer = struct.Struct("<" + "".join(formats))
@@ -64,12 +63,20 @@ def _define(
 
 ESC_STATUS_ID = 291
 PROTOCOL_VERSION_ID = 300
+COMPONENT_METADATA_ID = 397
 AVAILABLE_MODES_ID = 435
 CURRENT_MODE_ID = 436
 
+NAMES = {
+    ESC_STATUS_ID: "ESC_STATUS",
+    PROTOCOL_VERSION_ID: "PROTOCOL_VERSION",
+    COMPONENT_METADATA_ID: "COMPONENT_METADATA",
+    AVAILABLE_MODES_ID: "AVAILABLE_MODES",
+    CURRENT_MODE_ID: "CURRENT_MODE",
+}
+
 esc_status = _define(
     ESC_STATUS_ID,
-    "ESC_STATUS",
     10,
     (
         ("uint8_t", "index", 0),
@@ -81,7 +88,6 @@ esc_status = _define(
 )
 protocol_version = _define(
     PROTOCOL_VERSION_ID,
-    "PROTOCOL_VERSION",
     217,
     (
         ("uint16_t", "version", 0),
@@ -91,9 +97,13 @@ protocol_version = _define(
         ("uint8_t", "library_version_hash", 8),
     ),
 )
+component_metadata = _define(
+    COMPONENT_METADATA_ID,
+    182,
+    (("uint32_t", "time_boot_ms", 0), ("uint32_t", "file_crc", 0), ("char", "uri", 100)),
+)
 available_modes = _define(
     AVAILABLE_MODES_ID,
-    "AVAILABLE_MODES",
     134,
     (
         ("uint8_t", "number_modes", 0),
@@ -106,7 +116,6 @@ available_modes = _define(
 )
 current_mode = _define(
     CURRENT_MODE_ID,
-    "CURRENT_MODE",
     193,
     (
         ("uint8_t", "standard_mode", 0),

@@ -44,14 +44,14 @@ def make_robot(config: VehicleConfig) -> Robot:
 
 def parameter_names(kind: str, profile: str = "default") -> dict[str, float]:
     """Return every constant and gain of a kind of vehicle by name, with its value in a profile."""
-    return numbers(kind, profile)
+    return dict(numbers(kind, profile))
 
 
 def parameter_values(
     kind: str, profile: str, params: Mapping[str, float], autopilot: str = "ardupilot"
 ) -> dict[str, float]:
     """Return the constants and gains of a vehicle with overrides, SI; raise ValueError."""
-    return numbers(kind, profile) | in_our_units(kind, autopilot, profile, params)
+    return {**numbers(kind, profile), **in_our_units(kind, autopilot, profile, params)}
 
 
 def _quadcopter(

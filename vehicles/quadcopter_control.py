@@ -146,10 +146,9 @@ class QuadcopterControl:
             k = self._speed_per_metre
             pn, pe = k * (north - s.north), k * (east - s.east)
             speed = sqrt(pn * pn + pe * pe)
-            most = v_max
-            if speed > braking / k:
-                most = min(most, _braked(speed, braking / k))
-            if speed > most:
+            joint = braking / k
+            if speed > v_max or speed > joint:
+                most = v_max if joint >= v_max else min(v_max, _braked(speed, joint))
                 pn, pe = pn * most / speed, pe * most / speed
             vn, ve = vn + pn, ve + pe
         speed = sqrt(vn * vn + ve * ve)
@@ -195,10 +194,13 @@ class QuadcopterControl:
         low, high = (-up - v_down) * per_climb, (fall - v_down) * per_climb
         limited = low if limited < low else high if limited > high else limited
         rate = v_down - s.v_down
-        if soft and self._height is None:
-            p, d = self.tuning.altitude_p, self.tuning.altitude_d
-            limited = min(max(limited, (-soft - d * rate) / p), (soft - d * rate) / p)
         trims = abs(error) < self._height_trim
+        if soft and self._height is None:  # the integral, too, and it must not wind up on this
+            p, rest = self.tuning.altitude_p, self.tuning.altitude_d * rate
+            rest += self._altitude.integral
+            soft_limited = min(max(limited, (-soft - rest) / p), (soft - rest) / p)
+            trims = trims and soft_limited == limited
+            limited = soft_limited
         return a_down + self._altitude.update(limited, rate, self._dt if trims else 0.0)
 
     def _ramped(self, v_now: float, v_down: float, step: float) -> float:

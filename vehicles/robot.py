@@ -81,7 +81,7 @@ class Robot(Protocol):
 
     The caller owns time: it calls `control` every `control_every` physics steps and `advance`
     once per physics step of `dt` seconds. A speed limit must be positive and finite, else
-    ValueError; one beyond reason is brought down to that.
+    ValueError; one beyond reason is brought within it.
     """
 
     dt: float

@@ -4,13 +4,13 @@ https://mavlink.io/en/guide/routing.html. Messages of other dialects are not for
 checksums cannot be verified, so that they cannot be told from garbage.
 """
 
-from collections.abc import Collection, Hashable
+from collections.abc import Collection
 from typing import Generic, NamedTuple, TypeVar
 
 from ..transport.mavlink import AUTOPILOT_COMPONENT, Message, mav
 
 Address = tuple[int, int]  # system id, component id
-AnyLink = TypeVar("AnyLink", bound=Hashable)
+AnyLink = TypeVar("AnyLink")
 
 _EXPIRY_S = 60.0  # of silence after which nobody is looked for on a link any more
 _MAX_ADDRESSES = 16  # on one link; an inventor of senders crowds out its own only

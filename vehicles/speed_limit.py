@@ -3,6 +3,8 @@
 from math import isfinite
 from typing import Protocol
 
+_SLOWEST = 0.02  # m/s: less is no speed to go anywhere
+
 
 class Limited(Protocol):
     """A robot that wants to know when one of its speed limits has changed."""
@@ -29,6 +31,6 @@ class SpeedLimit:
         if limit is not None:
             if not (isfinite(limit) and limit > 0):
                 raise ValueError(f"{self._name} must be positive and finite, got {limit}")
-            limit = min(limit, self._highest)
+            limit = max(_SLOWEST, min(limit, self._highest))
         setattr(robot, self._slot, limit)
         robot.limits_changed()

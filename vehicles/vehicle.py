@@ -27,6 +27,8 @@ class Vehicle:
     robot: Robot
     autopilot: Autopilot
     telemetry: Telemetry
+    _steps: int  # of physics in a slice
+    _control_phase: int  # steps until the next control
 
     def __init__(self, config: VehicleConfig) -> None:
         self.config = config

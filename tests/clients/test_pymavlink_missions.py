@@ -87,7 +87,7 @@ FLIGHT = [
     item(1, TAKEOFF),
     item(2, x=1000, z=6.5),
     item(3, x=1000, y=-1000, p1=2.0),
-    item(4, RTL, z=0.0),
+    item(4, RTL, -HOME[0], -HOME[1], z=0.0),  # nowhere: it has no place
 ]
 
 

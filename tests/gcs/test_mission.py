@@ -154,7 +154,7 @@ def test_it_does_not_land_beside_another_that_lands_or_stands(tmp_path, phase, a
 
 def test_arming_is_retried_until_the_vehicle_agrees(alone, monkeypatch):
     reasons = {"no": "Gyros inconsistent"}
-    monkeypatch.setattr(alone.vehicle.autopilot, "arming_refusal", lambda: reasons.get("no"))
+    monkeypatch.setattr(alone.vehicle.autopilot.arming, "refusal", lambda: reasons.get("no"))
     alone.run(10)
     assert alone.mission.phase is Phase.STARTING
     assert len(alone.station.status.texts) >= 8
@@ -163,7 +163,7 @@ def test_arming_is_retried_until_the_vehicle_agrees(alone, monkeypatch):
 
 
 def test_a_vehicle_that_never_arms_ends_the_start_with_its_own_words(alone, monkeypatch):
-    monkeypatch.setattr(alone.vehicle.autopilot, "arming_refusal", lambda: "Gyros inconsistent")
+    monkeypatch.setattr(alone.vehicle.autopilot.arming, "refusal", lambda: "Gyros inconsistent")
     with pytest.raises(StationError) as caught:
         alone.run(START_PATIENCE_S + 5)
     assert str(caught.value) == (

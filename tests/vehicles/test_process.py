@@ -341,7 +341,7 @@ def test_a_vehicle_by_hand_stops_cleanly(how):
         (["--tcp", "0", "--udpin", "nonsense"], "--udpin 'nonsense'"),
         (["--udpin", f"{HOST}:0", "--speed", "0"], "--speed"),
         (["--udpin", f"{HOST}:0", "--param", "maas=1"], "did you mean 'mass'"),
-        (["--tcp", "65530", "--instance", "3"], "ports end at 65535"),
+        (["--tcp", "65530", "--count", "2"], "ports end at 65535"),
     ],
 )
 def test_a_mistake_is_one_line_and_exit_code_2(args, complaint):

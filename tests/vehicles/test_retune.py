@@ -123,6 +123,8 @@ def test_a_limit_is_a_speed(kind, name):
     assert getattr(vehicle, name) is None
     setattr(vehicle, name, 1e9)
     assert getattr(vehicle, name) <= 20
+    setattr(vehicle, name, 1e-320)
+    assert getattr(vehicle, name) >= 0.01
 
 
 def test_limits_say_what_holds():

@@ -99,7 +99,7 @@ def _angles(m: Message) -> tuple[float, float, float]:
     w, x, y, z = m.q
     length = sqrt(w * w + x * x + y * y + z * z) if all(map(isfinite, m.q)) else 0.0
     if not abs(length - 1) <= _UNIT:
-        raise IllegalTarget("the quaternion is not of unit length")
+        raise IllegalTarget("quaternion not of unit length")
     w, x, y, z = w / length, x / length, y / length, z / length
     return (
         atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),

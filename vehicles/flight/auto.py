@@ -8,7 +8,6 @@ from ..missions.items import Item
 from ..missions.supported import SUPPORTED
 from ..robot import AttitudeSetpoint, Setpoint
 from .behaviour import HOLD
-from .heading import Heading
 from .legs import Leg, WaypointLeg, make_leg
 from .modes import Mode
 from .steps import Steps
@@ -57,6 +56,11 @@ class Auto:
         """Whether a takeoff is under way, or about to be."""
         return self._leg.lifts if self._leg is not None else self._is_due()
 
+    @property
+    def lands(self) -> bool:
+        """Whether the item under way lets the vehicle down."""
+        return self._leg is not None and self._leg.lands
+
     def update(self) -> Setpoint | AttitudeSetpoint:
         """Return what the item under way asks for; go on with the next when it is done."""
         progress = self._progress
@@ -75,17 +79,15 @@ class Auto:
         self._steps.update()
         if self._leg.done and self._autopilot.now - self._begun_at >= _SHORTEST:
             self._arrive()
-        return self._steps.look(setpoint)
+        if isinstance(setpoint, AttitudeSetpoint):
+            return setpoint
+        return self._autopilot.gaze.apply(setpoint)
 
     def start(self) -> None:
         """Leave the ground, or go on: MISSION_START."""
         if self._progress.complete:
             self._progress.begin_again()
         self._progress.started = True
-
-    def turn(self, heading: Heading) -> None:
-        """Point the nose where CONDITION_YAW says, until the next leg."""
-        self._steps.turn(heading)
 
     def _is_due(self) -> bool:
         """Whether the mission shall begin or go on, and can."""

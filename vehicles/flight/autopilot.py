@@ -17,6 +17,7 @@ from .battery import Battery
 from .behaviour import HOLD, Behaviour
 from .failsafe import Failsafes
 from .fence import Fence
+from .gaze import Gaze
 from .guided import Guided
 from .hold import Hold
 from .land import Land
@@ -75,7 +76,8 @@ class Autopilot:
         self.personality = PERSONALITIES[config.autopilot]
         self.modes = self.personality.modes[config.kind]
         self.flies = config.kind == "quadcopter"
-        self.mode = self.modes.boot
+        number = settings.initial_mode
+        self.mode = (None if number is None else self.modes.mode(number)) or self.modes.boot
         self.now = 0.0
         self.home = Vec3(config.north, config.east, config.down)
         self.home_yaw = config.yaw
@@ -88,6 +90,7 @@ class Autopilot:
         self.battery = Battery(self)
         self.fence = Fence(self)
         self.failsafes = Failsafes(self)
+        self.gaze = Gaze(self)
         self.targets = Targets(self)
         self.arming = Arming(self)
         self.climb: Takeoff | None = None  # under way, whatever the mode does afterwards
@@ -124,7 +127,7 @@ class Autopilot:
         """Return MAV_LANDED_STATE."""
         if not self.in_air:
             return int(mav.MAV_LANDED_STATE_ON_GROUND)
-        if self.mode is Mode.LAND:
+        if self.behaviour.lands:
             return int(mav.MAV_LANDED_STATE_LANDING)
         if self.climb is not None or self.mode is Mode.TAKEOFF:
             return int(mav.MAV_LANDED_STATE_TAKEOFF)
@@ -144,14 +147,9 @@ class Autopilot:
 
     def enter(self, mode: Mode) -> int:
         """Change to `mode`, or say why not."""
-        reason = None
-        if mode not in BEHAVIOURS[self.config.kind] or mode not in self.modes.rows:
+        if mode not in self.modes.rows:
             return int(mav.MAV_RESULT_UNSUPPORTED)
-        if mode is Mode.AUTO and self.in_air and not self.missions.mission.items:
-            reason = "no mission"
-        elif mode is Mode.GUIDED and self.in_air and self.lacks_stream:
-            reason = "no setpoints"
-        if reason:
+        if mode is not self.mode and (reason := self._entry_refusal(mode)):
             text = f"Mode change to {self.modes.name(mode)} failed: {reason}"
             self.say(text, mav.MAV_SEVERITY_WARNING)
             return FAILED
@@ -271,9 +269,18 @@ class Autopilot:
         self.climb = None
         self.robot.speed_limit = self.robot.climb_limit = self.robot.descent_limit = None
         self.robot.reset_control()
+        self.gaze.forget()
         if not self.personality.guided_needs_stream:
             self.targets.forget()
         self.behaviour = BEHAVIOURS[self.config.kind][self.mode](self)
+
+    def _entry_refusal(self, mode: Mode) -> str | None:
+        """Return why `mode` cannot be entered now, None when it can."""
+        if mode is Mode.AUTO and not self.missions.mission.items and (self.armed or not self.flies):
+            return "no mission"
+        if mode is Mode.GUIDED and self.in_air and self.lacks_stream:
+            return "no setpoints"
+        return None
 
     def _base_mode(self) -> int:
         """Return MAV_MODE_FLAGs, as ArduPilot sets them."""

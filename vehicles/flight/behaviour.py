@@ -16,6 +16,11 @@ class Behaviour(Protocol):
         """Whether the vehicle may leave the ground now."""
         ...
 
+    @property
+    def lands(self) -> bool:
+        """Whether the vehicle is letting itself down to the ground."""
+        ...
+
     def update(self) -> Setpoint | AttitudeSetpoint:
         """Return what the robot shall do; called every 10 ms while armed."""
         ...

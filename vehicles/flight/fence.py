@@ -101,6 +101,11 @@ class Fence:
         on = ALL if self._settings.enabled else 0
         return (on if self._switched is None else self._switched) & self.present
 
+    @property
+    def safe_height(self) -> float:
+        """Return how high above home the vehicle may go by itself, in m: the margin is kept."""
+        return self._settings.height - self._settings.margin if self.enabled & HEIGHT else inf
+
     def enable(self, what: int, kinds: int = 0) -> int:
         """Switch fences off (0) or on (1), or the floor off (2), until FENCE_ENABLE changes.
 

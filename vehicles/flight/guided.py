@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from ..robot import AttitudeSetpoint, Setpoint
-from .behaviour import HOLD
 
 if TYPE_CHECKING:
     from .autopilot import Autopilot
@@ -12,10 +11,12 @@ if TYPE_CHECKING:
 class Guided:
     """Follows `autopilot.targets`; without a target it holds."""
 
+    lands = False
+
     def __init__(self, autopilot: "Autopilot") -> None:
         self._targets = autopilot.targets
         self.lifts = autopilot.personality.targets_take_off
 
     def update(self) -> Setpoint | AttitudeSetpoint:
         """Return what the target asks for now."""
-        return self._targets.setpoint() or HOLD
+        return self._targets.setpoint()

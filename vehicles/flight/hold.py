@@ -8,6 +8,7 @@ class Hold:
     """Stays where it was when the mode began, less the way that braking takes."""
 
     lifts = False
+    lands = False
 
     def __init__(self, _: object) -> None:
         self._setpoint = HOLD

@@ -18,6 +18,7 @@ class Land:
     """Descends over `at` (default: where the vehicle is); `arming.py` disarms it afterwards."""
 
     lifts = False
+    lands = True
 
     def __init__(self, autopilot: "Autopilot", at: Vec3 | None = None) -> None:
         self._autopilot = autopilot

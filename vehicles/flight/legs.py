@@ -35,6 +35,11 @@ class Leg(Protocol):
         ...
 
     @property
+    def lands(self) -> bool:
+        """Whether it is letting itself down to the ground."""
+        ...
+
+    @property
     def done(self) -> bool:
         """Whether the item is completed, as of the last update."""
         ...
@@ -49,7 +54,7 @@ class WaypointLeg:
         self._autopilot = autopilot
         self.goal: Vec3 | None = goal
         # A flight stack that starts missions by itself takes off for a waypoint, too.
-        self.lifts = autopilot.personality.missions_take_off
+        self.lifts, self.lands = autopilot.personality.missions_take_off, False
         self._setpoint = Setpoint(position=goal, yaw=_way(autopilot, goal))
         self._goal = goal
         self._radius = radius
@@ -75,6 +80,7 @@ class TakeoffLeg:
     """Climbs from where it stands; never down."""
 
     lifts = True
+    lands = False
 
     def __init__(self, autopilot: "Autopilot", item: Item) -> None:
         down = place_of(autopilot, item).down
@@ -109,6 +115,11 @@ class LandLeg:
             self.goal = above
 
     @property
+    def lands(self) -> bool:
+        """Whether it is over the place and on its way down."""
+        return self._land is not None
+
+    @property
     def done(self) -> bool:
         """Whether it stands on the ground."""
         return not self._autopilot.in_air
@@ -138,6 +149,11 @@ class ReturnLeg:
         self._return = CopterReturn(autopilot)
 
     @property
+    def lands(self) -> bool:
+        """Whether it is at home and on its way down."""
+        return self._return.lands
+
+    @property
     def done(self) -> bool:
         """Whether it stands on the ground."""
         return not self._autopilot.in_air
@@ -151,6 +167,7 @@ class DelayLeg:
     """Stays where it is for some seconds."""
 
     lifts = False
+    lands = False
     goal: Vec3 | None = None
 
     def __init__(self, autopilot: "Autopilot", seconds: float) -> None:
@@ -174,6 +191,7 @@ class CircleLeg:
     """
 
     lifts = False
+    lands = False
 
     def __init__(self, autopilot: "Autopilot", centre: Vec3, radius: float, turns: float) -> None:
         self._autopilot = autopilot

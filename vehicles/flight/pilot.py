@@ -25,6 +25,8 @@ class Stabilize:
     would see a radio with its throttle low, and sink.
     """
 
+    lands = False
+
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
 
@@ -57,6 +59,8 @@ class AltHold:
     Nothing slows the vehicle but leaning against its motion: level, it goes on as it went.
     """
 
+    lands = False
+
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
         self._climb = Climb(autopilot)
@@ -73,6 +77,8 @@ class AltHold:
 
 class Loiter:
     """Sticks are a velocity along the heading and across it; let go, the vehicle stays put."""
+
+    lands = False
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
@@ -103,6 +109,7 @@ class Manual:
     """A rover's sticks are speed and turn rate; without a pilot it stands."""
 
     lifts = False
+    lands = False
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot

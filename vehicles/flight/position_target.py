@@ -1,35 +1,55 @@
-"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT turned into setpoints in local NED."""
+"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT turned into setpoints in local NED.
 
-from dataclasses import dataclass
+Flight stacks differ in which combinations, frames and leftovers they take: `TargetRules`, one for
+each stack and kind of vehicle (mavlink.md A3, B2.4).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from math import cos, hypot, isfinite, sin
 
 from ...transport.frames import Origin, wrap_angle
 from ...transport.mavlink import Message, mav
 from ..robot import Setpoint, Vec3
 
-POSITION_IGNORE = 0x007
-VELOCITY_IGNORE = 0x038
-ACCELERATION_IGNORE = 0x1C0
 FORCE = 0x200
-YAW_IGNORE = 0x400
-YAW_RATE_IGNORE = 0x800
+_POSITION, _VELOCITY, _ACCELERATION, _YAW, _YAW_RATE = 1, 2, 4, 8, 16  # parts of a target
+_IGNORE = {_POSITION: 0x007, _VELOCITY: 0x038, _ACCELERATION: 0x1C0, _YAW: 0x400, _YAW_RATE: 0x800}
 _MAX_VALUE = 1e6  # m; anything larger is a mistake
 _MAX_SPEED = 1000.0
 
-_ABSOLUTE = mav.MAV_FRAME_LOCAL_NED
-_OFFSET = mav.MAV_FRAME_LOCAL_OFFSET_NED
-_BODY = (mav.MAV_FRAME_BODY_NED, mav.MAV_FRAME_BODY_OFFSET_NED)
-_AMSL = (mav.MAV_FRAME_GLOBAL, mav.MAV_FRAME_GLOBAL_INT)
-_ABOVE_HOME = (
+_ABSOLUTE: int = mav.MAV_FRAME_LOCAL_NED
+_OFFSET: int = mav.MAV_FRAME_LOCAL_OFFSET_NED
+_BODY: tuple[int, ...] = (mav.MAV_FRAME_BODY_NED, mav.MAV_FRAME_BODY_OFFSET_NED)
+_AMSL: tuple[int, ...] = (mav.MAV_FRAME_GLOBAL, mav.MAV_FRAME_GLOBAL_INT)
+_RELATIVE: tuple[int, ...] = (
     mav.MAV_FRAME_GLOBAL_RELATIVE_ALT,
     mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
-    mav.MAV_FRAME_GLOBAL_TERRAIN_ALT,  # the ground is flat
+)
+_TERRAIN: tuple[int, ...] = (  # the ground is flat, and home is on it
+    mav.MAV_FRAME_GLOBAL_TERRAIN_ALT,
     mav.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
 )
 
 
 class IllegalTarget(ValueError):  # noqa: N818 - reads as what it is
-    """A position target that means "stop and hold"; the text says why, for STATUSTEXT."""
+    """A target that is not followed: the vehicle stops and holds, or goes on if `drops`.
+
+    `text` is what to say about it, "" nothing; without one, the reason.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        *,
+        text: str | None = None,
+        severity: int = mav.MAV_SEVERITY_WARNING,
+        drops: bool = False,
+    ) -> None:
+        super().__init__(reason)
+        self.text = f"Target refused: {reason}" if text is None else text
+        self.severity = severity
+        self.drops = drops
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +64,10 @@ class Here:
 
 @dataclass(frozen=True, slots=True)
 class PositionTarget:
-    """A legal target: the setpoint and the `type_mask` it was sent with.
+    """A legal target: the setpoint, and the `type_mask` of the parts that are followed.
 
-    A rover told a speed and a turn rate goes on turning between messages: `forward_speed` is
-    then its speed along its own heading (m/s), and the setpoint's velocity must be renewed.
+    A rover that is told a speed and a heading or turn rate drives along its own nose while it
+    turns: `forward_speed` is that speed (m/s), and the setpoint's velocity must be renewed.
     """
 
     setpoint: Setpoint
@@ -62,71 +82,150 @@ class PositionTarget:
         return self.setpoint._replace(velocity=v)
 
     def expired(self) -> "PositionTarget | None":
-        """Return what outlives the time-out when positions are latched: the position alone."""
-        if self.setpoint.position is None:
-            return None
-        kept = Setpoint(position=self.setpoint.position, yaw=self.setpoint.yaw)
-        ignored = VELOCITY_IGNORE | ACCELERATION_IGNORE | YAW_RATE_IGNORE
-        return PositionTarget(kept, self.type_mask | ignored)
+        """Return what outlives the time-out when positions are latched: position and yaw."""
+        position, yaw = self.setpoint.position, self.setpoint.yaw
+        return None if position is None else to_place(position, yaw)
 
 
-def parse(message: Message, kind: str, here: Here) -> PositionTarget:
-    """Return the target in `message`; raise IllegalTarget when it means "hold".
+def to_place(position: Vec3, yaw: float | None = None) -> PositionTarget:
+    """Return the target that is a place in local NED, and perhaps a heading."""
+    parts = _POSITION | (0 if yaw is None else _YAW)
+    return PositionTarget(Setpoint(position=position, yaw=yaw), _type_mask(parts))
 
-    Any ignore bit of a triple ignores the whole triple. Legal are a position, a velocity or an
-    acceleration and every combination of them, each with yaw, yaw rate or neither; yaw or yaw
-    rate alone turn on the spot. A rover takes no acceleration.
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetRules:
+    """What one flight stack takes, and what becomes of the rest."""
+
+    legal: frozenset[int]  # combinations of parts
+    local_frames: tuple[int, ...] = (_ABSOLUTE, _OFFSET, *_BODY)
+    global_frames: tuple[int, ...] = (*_AMSL, *_RELATIVE, *_TERRAIN)
+    drives: bool = False  # a rover: no acceleration, and speed goes along the nose when it turns
+    needs_no_acceleration: bool = False  # a target with one is dropped, with a text
+    drops: bool = False  # a wrong frame or combination changes nothing; else it stops the vehicle
+    illegal_text: str | None = None  # with a place for the message's name
+    frame_text: str | None = None  # likewise, and one for the frame
+    text_severity: int = mav.MAV_SEVERITY_WARNING
+    expires: bool = True  # after GUID_TIMEOUT
+    tells_expiry: bool = True
+
+
+def _with_turns(*motions: int) -> frozenset[int]:
+    """Return combinations of triples, each with yaw, yaw rate, both or neither."""
+    return frozenset(m | t for m in motions for t in (0, _YAW, _YAW_RATE, _YAW | _YAW_RATE))
+
+
+def _every(mask: int) -> frozenset[int]:
+    """Return the combinations in which at least one of these parts is given."""
+    return frozenset(parts for parts in range(32) if parts & mask)
+
+
+_P, _V, _A = _POSITION, _VELOCITY, _ACCELERATION
+_ARDUCOPTER = TargetRules(
+    legal=_with_turns(_P, _P | _V, _P | _V | _A, _V, _V | _A, _A),
+    illegal_text="",
+    tells_expiry=False,
+)
+_ARDUROVER = TargetRules(
+    # Of a position, ArduRover would ignore the velocity: we take it as feed-forward.
+    legal=_with_turns(_P, _P | _V) | {_V, _V | _YAW, _V | _YAW_RATE, _YAW, _YAW_RATE},
+    drives=True,
+    needs_no_acceleration=True,
+    drops=True,
+    illegal_text="",
+)
+_PX4 = TargetRules(
+    legal=_every(_P | _V | _A),
+    local_frames=(_ABSOLUTE, mav.MAV_FRAME_BODY_NED),
+    global_frames=(*_AMSL, *_RELATIVE),
+    drops=True,
+    illegal_text="{} invalid",
+    frame_text="{} coordinate frame {} unsupported",
+    text_severity=mav.MAV_SEVERITY_CRITICAL,
+    expires=False,  # the failsafe comes first
+)
+_GENERIC = TargetRules(legal=_every(_P | _V | _A | _YAW | _YAW_RATE))
+_RULES = {
+    ("ardupilot", "quadcopter"): _ARDUCOPTER,
+    ("ardupilot", "rover"): _ARDUROVER,
+    ("px4", "quadcopter"): _PX4,
+    ("px4", "rover"): replace(_PX4, drives=True),
+    ("generic", "quadcopter"): _GENERIC,
+    ("generic", "rover"): replace(_GENERIC, drives=True),
+}
+
+
+def rules_of(personality: str, kind: str) -> TargetRules:
+    """Return what vehicles of this personality and kind do about targets."""
+    return _RULES[personality, kind]
+
+
+def parse(message: Message, rules: TargetRules, here: Here) -> PositionTarget:
+    """Return the target in `message`; raise IllegalTarget when it is not to be followed.
+
+    Any ignore bit of a triple ignores the whole triple.
     """
-    mask: int = message.type_mask
+    name, mask = message.get_type(), message.type_mask
+    is_local = name == "SET_POSITION_TARGET_LOCAL_NED"
+    frame: int = message.coordinate_frame
+    if frame not in (rules.local_frames if is_local else rules.global_frames):
+        text = rules.frame_text and rules.frame_text.format(name, frame)
+        raise _refused(rules, f"frame {frame} is not supported", text)
+    parts = sum(part for part, bits in _IGNORE.items() if not mask & bits)
+    if parts & _ACCELERATION:
+        parts = _without_acceleration(parts, mask, rules, name)
+    if parts not in rules.legal:
+        text = rules.illegal_text and rules.illegal_text.format(name)
+        raise _refused(rules, f"type_mask 0x{mask:X} sets nothing that can be followed", text)
+    turn = here.yaw if is_local and frame in _BODY else 0.0
+    setpoint = Setpoint()
+    if parts & _POSITION:
+        place = _local_position if is_local else _global_position
+        setpoint = setpoint._replace(position=place(message, here))
+    if parts & _VELOCITY:
+        xyz = message.vx, message.vy, message.vz
+        setpoint = setpoint._replace(velocity=_rotated(xyz, turn, _MAX_SPEED, "velocity"))
+    if parts & _ACCELERATION:
+        xyz = message.afx, message.afy, message.afz
+        setpoint = setpoint._replace(acceleration=_rotated(xyz, turn, _MAX_SPEED, "acceleration"))
+    if parts & _YAW:
+        yaw = turn + _finite(message.yaw, _MAX_VALUE, "yaw")
+        setpoint = setpoint._replace(yaw=wrap_angle(yaw))
+    if parts & _YAW_RATE:
+        setpoint = setpoint._replace(yaw_rate=_finite(message.yaw_rate, _MAX_SPEED, "yaw_rate"))
+    forward = _forward_speed(message, parts) if rules.drives else None
+    return PositionTarget(setpoint, _type_mask(parts), forward)
+
+
+def _without_acceleration(parts: int, mask: int, rules: TargetRules, name: str) -> int:
+    """Return the parts as they are, or less the acceleration that a rover does not take."""
+    if rules.needs_no_acceleration:
+        text = f"Ignoring {name}; set ACC_IGNORE in mask"
+        raise IllegalTarget(text, text=text, severity=mav.MAV_SEVERITY_INFO, drops=True)
     if mask & FORCE:
-        raise IllegalTarget("force setpoints are not supported")
-    is_local = message.get_type() == "SET_POSITION_TARGET_LOCAL_NED"
-    position = velocity = acceleration = None
-    yaw = yaw_rate = None
-    if not mask & POSITION_IGNORE:
-        position = _local_position(message, here) if is_local else _global_position(message, here)
-    elif is_local:
-        _check_frame(message.coordinate_frame, (_ABSOLUTE, _OFFSET, *_BODY))
-    else:
-        _check_frame(message.coordinate_frame, (*_AMSL, *_ABOVE_HOME))
-    in_body = is_local and message.coordinate_frame in _BODY
-    turn = here.yaw if in_body else 0.0
-    if not mask & VELOCITY_IGNORE:
-        velocity = _rotated(message.vx, message.vy, message.vz, turn, _MAX_SPEED, "velocity")
-    if not mask & ACCELERATION_IGNORE and kind != "rover":
-        acceleration = _rotated(
-            message.afx, message.afy, message.afz, turn, _MAX_SPEED, "acceleration"
-        )
-    if not mask & YAW_IGNORE:
-        yaw = wrap_angle(turn + _finite(message.yaw, _MAX_VALUE, "yaw"))
-    if not mask & YAW_RATE_IGNORE:
-        yaw_rate = _finite(message.yaw_rate, _MAX_SPEED, "yaw_rate")
-    setpoint = Setpoint(position, velocity, acceleration, yaw, yaw_rate)
-    if setpoint == Setpoint():
-        raise IllegalTarget(f"type_mask 0x{mask:X} sets nothing")
-    forward = None
-    if kind == "rover" and position is None and velocity is not None and yaw_rate is not None:
-        backwards = in_body and message.vx < 0
-        forward = hypot(velocity.north, velocity.east) * (-1 if backwards else 1)
-    return PositionTarget(setpoint, mask, forward)
+        raise _refused(rules, "force setpoints are not supported", rules.illegal_text)
+    return parts & ~_ACCELERATION if rules.drives else parts
+
+
+def _forward_speed(m: Message, parts: int) -> float | None:
+    """Return the speed along a turning rover's nose; a negative vx in any frame is backwards."""
+    turns = parts & (_YAW | _YAW_RATE)
+    if parts & _POSITION or not (parts & _VELOCITY and turns):
+        return None
+    return -hypot(m.vx, m.vy) if m.vx < 0 else hypot(m.vx, m.vy)
 
 
 def _local_position(m: Message, here: Here) -> Vec3:
-    match m.coordinate_frame:
-        case f if f == _ABSOLUTE:
-            return _rotated(m.x, m.y, m.z, 0.0, _MAX_VALUE, "position")
-        case f if f == _OFFSET:
-            offset = _rotated(m.x, m.y, m.z, 0.0, _MAX_VALUE, "position")
-        case f if f in _BODY:
-            offset = _rotated(m.x, m.y, m.z, here.yaw, _MAX_VALUE, "position")
-        case f:
-            raise IllegalTarget(f"frame {f} is not supported")
+    frame = m.coordinate_frame
+    turn = here.yaw if frame in _BODY else 0.0
+    given = _rotated((m.x, m.y, m.z), turn, _MAX_VALUE, "position")
+    if frame == _ABSOLUTE:
+        return given
     p = here.position
-    return Vec3(p.north + offset.north, p.east + offset.east, p.down + offset.down)
+    return Vec3(p.north + given.north, p.east + given.east, p.down + given.down)
 
 
 def _global_position(m: Message, here: Here) -> Vec3:
-    _check_frame(m.coordinate_frame, (*_AMSL, *_ABOVE_HOME))
     lat_deg, lon_deg = m.lat_int * 1e-7, m.lon_int * 1e-7
     if not (-90 <= lat_deg <= 90 and -180 <= lon_deg <= 180) or m.lat_int == m.lon_int == 0:
         raise IllegalTarget(f"no such place: {lat_deg:g}, {lon_deg:g}")
@@ -139,14 +238,17 @@ def _global_position(m: Message, here: Here) -> Vec3:
     return Vec3(_finite(north, _MAX_VALUE, "lat_int"), _finite(east, _MAX_VALUE, "lon_int"), down)
 
 
-def _check_frame(frame: int, allowed: tuple[int, ...]) -> None:
-    if frame not in allowed:
-        raise IllegalTarget(f"frame {frame} is not supported")
+def _type_mask(parts: int) -> int:
+    """Return the `type_mask` that ignores all but these parts."""
+    return sum(bits for part, bits in _IGNORE.items() if not parts & part)
 
 
-def _rotated(x: float, y: float, z: float, turn: float, limit: float, what: str) -> Vec3:
-    for value in (x, y, z):
-        _finite(value, limit, what)
+def _refused(rules: TargetRules, reason: str, text: str | None) -> IllegalTarget:
+    return IllegalTarget(reason, text=text, severity=rules.text_severity, drops=rules.drops)
+
+
+def _rotated(xyz: Iterable[float], turn: float, limit: float, what: str) -> Vec3:
+    x, y, z = (_finite(value, limit, what) for value in xyz)
     c, s = cos(turn), sin(turn)
     return Vec3(c * x - s * y, s * x + c * y, z)
 

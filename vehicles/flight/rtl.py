@@ -24,6 +24,11 @@ class CopterReturn:
         self._home_since: float | None = None
         self._land: Land | None = None
 
+    @property
+    def lands(self) -> bool:
+        """Whether it is at home and on its way down."""
+        return self._land is not None
+
     def update(self) -> Setpoint | AttitudeSetpoint:
         """Return the setpoint of the leg that is flown now."""
         autopilot, settings = self._autopilot, self._autopilot.settings
@@ -34,6 +39,7 @@ class CopterReturn:
         k, home = autopilot.robot.kinematics(), autopilot.home
         if self._leg is None:
             top = min(k.down - settings.rtl_climb_min, home.down - settings.rtl_height)
+            top = min(k.down, max(top, home.down - autopilot.fence.safe_height))
             self._leg = Vec3(k.north, k.east, top)
             autopilot.robot.speed_limit = settings.rtl_speed or None
         if self._home_since is None:
@@ -53,6 +59,7 @@ class RoverReturn:
     """Drives straight home, then changes to HOLD."""
 
     lifts = False
+    lands = False
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot

@@ -1,13 +1,13 @@
 """What a mission does beside flying: DO and CONDITION items, one after another."""
 
 from collections.abc import Callable, Sequence
-from math import atan2, hypot, inf, radians
+from math import hypot, inf, radians
 from typing import TYPE_CHECKING
 
 from ...transport.frames import yaw_of
 from ...transport.mavlink import mav
 from ..missions.items import Item
-from ..robot import AttitudeSetpoint, Setpoint, Vec3
+from ..robot import Vec3
 from .heading import Heading
 from .legs import place_of
 
@@ -18,7 +18,6 @@ _TURN_RATE = radians(60)  # rad/s, where CONDITION_YAW gives none
 _LIMITS = {0: "speed_limit", 1: "speed_limit", 2: "climb_limit", 3: "descent_limit"}
 _AS_TUNED = -2.0
 _HERE = 1.0  # param1 of DO_SET_HOME
-_OVERHEAD = 1.0  # m: so near above a region of interest the nose stays where it is
 
 Condition = Callable[[], bool]
 
@@ -39,24 +38,19 @@ class Steps:
         self._waiting: list[int] = []
         self._at: int | None = None  # the condition that is waited for
         self._condition: Condition | None = None
-        self._heading: Heading | None = None
-        self._interest: Vec3 | None = None
         self._goal: Vec3 | None = None
 
     def begin(self, items: Sequence[int], goal: Vec3 | None) -> None:
         """Run these items on the way to `goal`; a new leg takes the nose back."""
         self._waiting = list(items)
-        self._condition = self._at = self._heading = None
+        self._condition = self._at = None
+        self._autopilot.gaze.turn(None)
         self._goal = goal
 
     def forget(self) -> None:
         """Drop what waits: the list has changed."""
         self._waiting = []
         self._condition = self._at = None
-
-    def turn(self, heading: Heading) -> None:
-        """Point the nose where `heading` says, until the next leg."""
-        self._heading = heading
 
     def update(self) -> None:
         """Look at the condition, or begin the next item."""
@@ -75,19 +69,6 @@ class Steps:
         else:
             self._at, self._condition = index, condition
 
-    def look(self, setpoint: Setpoint | AttitudeSetpoint) -> Setpoint | AttitudeSetpoint:
-        """Return the setpoint with the nose where CONDITION_YAW or DO_SET_ROI wants it."""
-        if not self._autopilot.flies or isinstance(setpoint, AttitudeSetpoint):
-            return setpoint
-        if self._heading is not None:
-            return setpoint._replace(yaw=self._heading.update(), yaw_rate=None)
-        if self._interest is not None:
-            k = self._autopilot.robot.kinematics()
-            north, east = self._interest.north - k.north, self._interest.east - k.east
-            if hypot(north, east) > _OVERHEAD:
-                return setpoint._replace(yaw=atan2(east, north), yaw_rate=None)
-        return setpoint
-
     def _run(self, item: Item) -> Condition | None:
         """Do what `item` says; return what to wait for, None when it is done at once."""
         autopilot = self._autopilot
@@ -98,7 +79,8 @@ class Steps:
             case mav.MAV_CMD_CONDITION_DISTANCE:
                 return lambda: self._distance() <= item.param1
             case mav.MAV_CMD_CONDITION_YAW:
-                self._heading = heading = self._turn(item)
+                heading = self._turn(item)
+                autopilot.gaze.turn(heading)
                 return lambda: heading.done
             case mav.MAV_CMD_DO_CHANGE_SPEED:
                 self._change_speed(item)
@@ -107,9 +89,9 @@ class Steps:
                 here = Vec3(k.north, k.east, k.down)
                 autopilot.set_home(here if item.param1 == _HERE else place_of(autopilot, item))
             case mav.MAV_CMD_DO_SET_ROI_LOCATION | mav.MAV_CMD_DO_SET_ROI:
-                self._interest = place_of(autopilot, item) if item.has_place else None
+                autopilot.gaze.look_at(place_of(autopilot, item) if item.has_place else None)
             case mav.MAV_CMD_DO_SET_ROI_NONE:
-                self._interest = None
+                autopilot.gaze.look_at(None)
         return None
 
     def _distance(self) -> float:

@@ -38,7 +38,7 @@ class TakeoffMode:
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
         self._climb = Takeoff(autopilot, autopilot.takeoff_height)
-        self.lifts = True
+        self.lifts, self.lands = True, False
 
     def update(self) -> Setpoint:
         """Climb; once there, hand over to hold."""

@@ -6,29 +6,28 @@ from ...transport.frames import yaw_of
 from ...transport.mavlink import Message, mav
 from ..robot import AttitudeSetpoint, Setpoint, Vec3
 from .attitude_target import AttitudeTarget, parse_attitude
-from .heading import Heading
-from .position_target import Here, IllegalTarget, PositionTarget, parse
+from .behaviour import HOLD
+from .position_target import Here, IllegalTarget, PositionTarget, parse, rules_of, to_place
 
 if TYPE_CHECKING:
     from .autopilot import Autopilot
 
 NEVER = float("inf")
-POSITION_ONLY = 0xDF8  # type_mask
 
 
 class Targets:
-    """Keeps the latest target; a refused one means "stop and hold"."""
+    """Keeps the latest target; an illegal one means "stop and hold", or nothing at all."""
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self.current: PositionTarget | AttitudeTarget | None = None
         self.heard_at = -NEVER  # when the last target came in, s since boot
         self._expires_from = NEVER
-        self._heading: Heading | None = None
         self._autopilot = autopilot
+        self._rules = rules_of(autopilot.personality.name, autopilot.config.kind)
 
     def forget(self) -> None:
         """Have no target."""
-        self.current = self._heading = None
+        self.current = None
         self._expires_from = NEVER
 
     def follow(self, message: Message) -> None:
@@ -38,25 +37,21 @@ class Targets:
             if message.get_type() == "SET_ATTITUDE_TARGET":
                 target: PositionTarget | AttitudeTarget = parse_attitude(message, autopilot)
             else:
-                target = parse(message, autopilot.config.kind, self.here())
+                target = parse(message, self._rules, self.here())
             self._check_fence(target)
-        except IllegalTarget as reason:
-            self.forget()
-            autopilot.say(f"Target refused: {reason}", mav.MAV_SEVERITY_WARNING, topic="target")
+        except IllegalTarget as refusal:
+            self._refuse(refusal)
         else:
-            self.current, self._heading = target, None
-            self._expires_from = autopilot.now
-        self.heard_at = autopilot.now
+            self.current = target
+            autopilot.gaze.turn(None)
+            self._expires_from = self.heard_at = autopilot.now
 
     def go_to(self, position: Vec3, yaw: float | None = None) -> None:
         """Go to a place (local NED) and stay there; raise IllegalTarget beyond the fence."""
-        target = PositionTarget(Setpoint(position=position, yaw=yaw), POSITION_ONLY)
+        target = to_place(position, yaw)
         self._check_fence(target)
-        self.current, self._heading, self._expires_from = target, None, NEVER
-
-    def turn(self, heading: Heading) -> None:
-        """Point the nose where `heading` says, until the next target."""
-        self._heading = heading
+        self.current, self._expires_from = target, NEVER
+        self._autopilot.gaze.turn(None)
 
     def here(self) -> Here:
         """Return what a relative target is relative to."""
@@ -65,19 +60,26 @@ class Targets:
         where = Vec3(k.north, k.east, k.down)
         return Here(where, yaw_of(k[6:10]), autopilot.home.down, autopilot.origin)
 
-    def setpoint(self) -> Setpoint | AttitudeSetpoint | None:
-        """Return what to do now, None to hold; expires what nobody has renewed."""
+    def setpoint(self) -> Setpoint | AttitudeSetpoint:
+        """Return what to do now; expires what nobody has renewed."""
         autopilot, target = self._autopilot, self.current
         if target and autopilot.now - self._expires_from > autopilot.settings.guided_timeout:
-            target = self._expire(target)
+            target = self._expire(target) if self._rules.expires else target
         if isinstance(target, AttitudeTarget):
             return target.setpoint
-        setpoint = None
+        setpoint = HOLD
         if target is not None:
             setpoint = target.at(yaw_of(autopilot.robot.kinematics()[6:10]))
-        if self._heading is not None:
-            setpoint = (setpoint or Setpoint())._replace(yaw=self._heading.update(), yaw_rate=None)
-        return setpoint
+        return autopilot.gaze.apply(setpoint)
+
+    def _refuse(self, refusal: IllegalTarget) -> None:
+        """Stop and hold, also while taking off, unless the target is only dropped."""
+        autopilot = self._autopilot
+        if not refusal.drops:
+            self.forget()
+            autopilot.climb = None
+        if refusal.text:
+            autopilot.say(refusal.text, refusal.severity, topic="target")
 
     def _expire(self, target: PositionTarget | AttitudeTarget) -> PositionTarget | None:
         """Keep a latched position, or hold: nobody has renewed the target within GUID_TIMEOUT."""
@@ -86,7 +88,7 @@ class Targets:
         if isinstance(target, PositionTarget) and autopilot.config.latch_position:
             kept = target.expired()
         self.current, self._expires_from = kept, NEVER
-        if kept != target:
+        if kept != target and (self._rules.tells_expiry or not autopilot.config.latch_position):
             seconds = autopilot.settings.guided_timeout
             text = f"target not received last {seconds:g}secs, stopping"
             autopilot.say(text, mav.MAV_SEVERITY_WARNING)
@@ -96,4 +98,4 @@ class Targets:
         if isinstance(target, PositionTarget) and target.setpoint.position is not None:
             reason = self._autopilot.fence.refusal(target.setpoint.position)
             if reason:
-                raise IllegalTarget(reason)
+                raise IllegalTarget(reason, drops=True)

@@ -35,8 +35,9 @@ def in_our_units(
 ) -> dict[str, float]:
     """Return the gains and constants among `overrides` under our names in SI units.
 
-    Where two names mean the same, the later one counts. Raises ValueError for a name that does not exist, for a value that is no number or far from
-    anything usual, and for a robot that cannot be.
+    Where two names mean the same, the later one counts. Raises ValueError for a name that does
+    not exist, for a value that is no number or far from anything usual, and for a robot that
+    cannot be.
     """
     values = plain(overrides, accepted_names(kind, profile, autopilot), kind)
     by_name = {p.name: p for p in table(autopilot, kind, profile)}

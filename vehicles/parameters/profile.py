@@ -1,6 +1,9 @@
 """The usual constants and gains of a kind of vehicle: what parameters show as their defaults."""
 
+from collections.abc import Mapping
 from dataclasses import fields
+from functools import cache
+from types import MappingProxyType
 
 from .. import quadcopter_tuning, rover_control
 from ..quadcopter import QuadcopterParams
@@ -19,11 +22,13 @@ def body_and_tuning(kind: str, profile: str) -> tuple[Body, Tuning]:
     return RoverParams(), rover_control.PROFILES[profile]
 
 
-def numbers(kind: str, profile: str) -> dict[str, float]:
+@cache
+def numbers(kind: str, profile: str) -> Mapping[str, float]:
     """Return every constant and gain by its name, SI units."""
-    return {
+    found = {
         field.name: getattr(part, field.name)
         for part in body_and_tuning(kind, profile)
         for field in fields(part)
         if isinstance(getattr(part, field.name), float)
     }
+    return MappingProxyType(found)

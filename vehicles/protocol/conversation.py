@@ -83,15 +83,14 @@ class Conversation:
 
     def due(self, broadcasts: list[Message]) -> list[Message]:
         """Return what is to be sent now: news for everybody, replies under way, telemetry."""
-        if not self._spoken:
-            messages = [m for m in broadcasts if m.get_msgId() == _HEARTBEAT]
-        else:
-            messages = list(broadcasts)
         now_us = self.telemetry.now_us
-        messages += self._pending
-        self._pending = []
-        for service in self._services:
-            messages += service.due(now_us * 1e-6)
+        if self._spoken:
+            messages = [*broadcasts, *self._pending]
+            self._pending = []
+            for service in self._services:
+                messages += service.due(now_us * 1e-6)
+        else:
+            messages = [m for m in broadcasts if m.get_msgId() == _HEARTBEAT]
         if now_us >= self.streams.next_due_us:
             made = map(self.telemetry.make, self.streams.due(now_us))
             messages += [m for m in made if m is not None]
@@ -112,6 +111,9 @@ class Conversation:
         """Return whether a message is not our own echo and means us, or everybody."""
         sender = message.get_srcSystem(), message.get_srcComponent()
         if sender == (self._system_id, AUTOPILOT_COMPONENT):
+            return False
+        settings = self._autopilot.settings
+        if settings.gcs_enforced and sender[0] != settings.gcs_system_id:
             return False
         if getattr(message, "target_system", 0) not in (0, self._system_id):
             return False

@@ -4,11 +4,10 @@ from math import copysign, isfinite, isnan, radians
 
 from ...transport.frames import yaw_of
 from ...transport.mavlink import mav
-from ..flight.auto import Auto, set_mission_current, start_mission
+from ..flight.auto import set_mission_current, start_mission
 from ..flight.autopilot import Autopilot
 from ..flight.heading import Heading
 from ..flight.modes import Mode
-from ..flight.position_target import IllegalTarget
 from ..robot import Vec3
 from .command import ACCEPTED, DENIED, FAILED, UNSUPPORTED, Command, FlightRow, Refused
 
@@ -52,9 +51,9 @@ def _set_mode(a: Autopilot, c: Command) -> int:
 
 
 def _reposition(a: Autopilot, c: Command) -> int:
-    if a.mode is not Mode.GUIDED and not a.personality.takeoff_enters_mode:
-        if not c.whole(2) & _REPOSITION_CHANGES_MODE:
-            return DENIED
+    asks = a.mode is Mode.GUIDED or c.whole(2) & _REPOSITION_CHANGES_MODE
+    if not asks and not a.personality.takeoff_enters_mode:
+        return DENIED
     place = _place_or_here(a, c)
     yaw = None if isnan(c.params[3]) or c.params[3] == 0 else c.number_at(4)
     if reason := a.fence.refusal(place):
@@ -83,8 +82,19 @@ def _condition_yaw(a: Autopilot, c: Command) -> int:
     yaw = yaw_of(a.robot.kinematics()[6:10])
     relative = c.params[3] == 1
     target = yaw + copysign(angle, direction or 1) if relative else angle
-    heading = Heading(yaw, target, rate or _USUAL_YAW_RATE, direction)
-    (a.behaviour if isinstance(a.behaviour, Auto) else a.targets).turn(heading)
+    a.gaze.turn(Heading(yaw, target, rate or _USUAL_YAW_RATE, direction))
+    return ACCEPTED
+
+
+def _look_at(a: Autopilot, c: Command) -> int:
+    if a.mode not in (Mode.GUIDED, Mode.AUTO):
+        return FAILED
+    a.gaze.look_at(None if c.x == c.y == 0 else c.place(a.origin, a.home.down))
+    return ACCEPTED
+
+
+def _look_away(a: Autopilot, _: Command) -> int:
+    a.gaze.look_at(None)
     return ACCEPTED
 
 
@@ -126,7 +136,7 @@ def _fence_enable(a: Autopilot, c: Command) -> int:
 
 
 def _terminate(a: Autopilot, c: Command) -> int:
-    return a.arming.disarm(force=True) if c.number_at(1) > 0.5 else DENIED  # noqa: PLR2004
+    return a.arming.disarm(force=True) if c.number_at(1) > 0.5 else DENIED
 
 
 def _reboot(a: Autopilot, c: Command) -> int:
@@ -148,7 +158,7 @@ _COPTER_ONLY = ("quadcopter",)
 FLIGHT_COMMANDS: dict[int, FlightRow] = {
     mav.MAV_CMD_COMPONENT_ARM_DISARM: FlightRow(
         _arm_disarm,
-        "param1 exactly 0 or 1, else DENIED; param2 21196 disarms in the air and arms without checks",
+        "param1 exactly 0 or 1, else DENIED; param2 21196: also in the air, and without checks",
     ),
     mav.MAV_CMD_RUN_PREARM_CHECKS: FlightRow(_prearm_checks, "says what hinders arming"),
     mav.MAV_CMD_NAV_TAKEOFF: FlightRow(
@@ -168,6 +178,13 @@ FLIGHT_COMMANDS: dict[int, FlightRow] = {
     mav.MAV_CMD_CONDITION_YAW: FlightRow(
         _condition_yaw, "turns in GUIDED or AUTO: angle, rate, direction, relative", _COPTER_ONLY
     ),
+    mav.MAV_CMD_DO_SET_ROI_LOCATION: FlightRow(
+        _look_at, "points the nose at a place, in GUIDED or AUTO", _COPTER_ONLY
+    ),
+    mav.MAV_CMD_DO_SET_ROI: FlightRow(
+        _look_at, "as DO_SET_ROI_LOCATION; 0, 0 as DO_SET_ROI_NONE", _COPTER_ONLY
+    ),
+    mav.MAV_CMD_DO_SET_ROI_NONE: FlightRow(_look_away, "gives the nose back", _COPTER_ONLY),
     mav.MAV_CMD_DO_CHANGE_SPEED: FlightRow(
         _change_speed, "horizontal, climb or descent speed until the mode changes"
     ),

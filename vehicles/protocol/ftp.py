@@ -53,7 +53,7 @@ class Packet(NamedTuple):
     @classmethod
     def unpack(cls, payload: bytes) -> "Packet":
         """Return the packet in a payload."""
-        return cls(*_HEADER.unpack_from(payload), payload[_HEADER.size :])
+        return cls._make((*_HEADER.unpack_from(payload), payload[_HEADER.size :]))
 
     def pack(self) -> bytes:
         """Return the whole payload, zeros where there is nothing."""

@@ -198,19 +198,18 @@ class MissionService:
         shown = self._store.progress.shown
         current = kind is MissionType.MISSION and shown is not None and m.seq - home == shown
         head = (*_to(m), m.seq)
-        params = item[2:6]
         if m.get_type() == "MISSION_REQUEST":
             scale = 1e-7 if is_located(item.command) else 1.0
             return [
                 mav.MAVLink_mission_item_message(
-                    *head, item.frame, item.command, current, item.autocontinue, *params,
+                    *head, item.frame, item.command, current, item.autocontinue, *item[2:6],
                     item.x * scale, item.y * scale, item.z, kind,
                 )
             ]  # fmt: skip
         frame = to_int_frame(item.frame) if self._asks_int else item.frame
         return [
             mav.MAVLink_mission_item_int_message(
-                *head, frame, item.command, current, item.autocontinue, *params,
+                *head, frame, item.command, current, item.autocontinue, *item[2:6],
                 item.x, item.y, item.z, kind,
             )
         ]  # fmt: skip

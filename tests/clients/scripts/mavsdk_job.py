@@ -11,7 +11,7 @@ from typing import Any
 
 from facts import distance, fact, offset
 from mavsdk.asyncio import ComponentType, Configuration, Mavsdk
-from mavsdk.asyncio.plugins.action import ActionAsync, ActionError
+from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.geofence import (
     Circle,
     FenceType,
@@ -136,11 +136,9 @@ class Job:
         )
 
     async def take_off(self, height: float = 5.0) -> None:
-        try:
-            await self.action.land() if not self.px4 else None
-            await self.action.hold()
-        except ActionError as error:
-            fact(hold_on_ground=error.result.name)
+        if not self.px4:  # where arming after LAND makes MAVSDK ask for BRAKE first
+            await self.action.land()
+            await until(self.telemetry.subscribe_flight_mode(), lambda m: m.name == "LAND")
         await self.action.set_takeoff_altitude(height)
         texts = self.telemetry.subscribe_status_text()
         said = asyncio.create_task(until(texts, lambda t: "rm" in t.text))
@@ -186,8 +184,9 @@ class Job:
         fact(offboard_stopped=True, active=await offboard.is_active())
 
     async def fly_mission(self) -> None:
-        corners = ((0, 8, 6), (8, 8, 7), (8, 0, 6))
-        items = [self._waypoint(*corner) for corner in corners]
+        # On an ArduPilot item 0 is home: MAVSDK does not know, so the first one sent is lost.
+        corners = ((0, 0, 6), (0, 8, 6), (8, 8, 7), (8, 0, 6))
+        items = [self._waypoint(*corner) for corner in corners[self.px4 :]]
         await self.mission.upload_mission(MissionPlan(items))
         try:
             downloaded = (await self.mission.download_mission()).mission_items
@@ -200,6 +199,8 @@ class Job:
             )
         except MissionError as error:
             fact(download=error.result.name)
+            # The failed download has made MAVSDK forget what it needs to tell progress.
+            await self.mission.upload_mission(MissionPlan(items))
         watch = asyncio.create_task(self._watch_mission())
         await self.mission.start_mission()
         steps = await watch

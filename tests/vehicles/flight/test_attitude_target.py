@@ -171,3 +171,55 @@ def test_any_message_is_a_target_or_refused(mask, q, rates, thrust, kind):
         setpoint = parse(message(mask, q, rates, thrust), kind)
         assert all(v is None or abs(v) <= 100 for v in setpoint)
         assert setpoint.yaw is None or abs(setpoint.yaw) <= pi
+
+
+# Flown
+
+
+def attitude(desk, mask, q=LEVEL, rates=(0.0, 0.0, 0.0), thrust=0.5):
+    system = desk.vehicle.config.system_id
+    return mav.MAVLink_set_attitude_target_message(0, system, 1, mask, list(q), *rates, thrust)
+
+
+def stream(desk, seconds, *args, **fields):
+    for _ in range(round(seconds * 10)):
+        desk.send(attitude(desk, *args, **fields))
+        desk.run(0.1)
+    return desk.where
+
+
+def test_a_copter_leans_and_climbs_as_told_then_holds(quad):
+    quad.fly(10)
+    k = stream(quad, 2, NO_RATES, quaternion(roll=0.1), thrust=0.7)
+    assert k.v_east > 0.8
+    assert k.v_down == pytest.approx(-0.4 * 2.5, abs=0.05)
+    quad.run(8)  # GUID_TIMEOUT, then a hold
+    k = quad.where
+    assert (k.v_north, k.v_east, k.v_down) == pytest.approx((0, 0, 0), abs=0.02)
+    assert quad.autopilot.armed
+
+
+def test_a_refused_attitude_target_means_hold_and_says_why(quad, texts):
+    quad.fly(5)
+    stream(quad, 1, NO_RATES, quaternion(pitch=-0.2))
+    quad.send(attitude(quad, NO_RATES, (nan,) * 4))
+    said = texts(quad.run(5))
+    assert "Target refused: quaternion not of unit length" in said
+    assert abs(quad.where.v_north) < 0.02
+
+
+def test_attitude_targets_outside_guided_are_not_heeded(quad):
+    quad.fly(5)
+    quad.command(mav.MAV_CMD_DO_SET_MODE, 1, 17)  # BRAKE
+    k = stream(quad, 2, NO_RATES, quaternion(pitch=-0.2), thrust=1.0)
+    assert (k.v_north, k.v_down) == pytest.approx((0, 0), abs=0.02)
+
+
+def test_a_rover_drives_as_told(rover):
+    rover.fly()
+    k = stream(rover, 4, NO_RATES, quaternion(yaw=0.5), thrust=0.5)
+    assert (k.v_north, k.v_east) == pytest.approx((0.5 * cos(0.5), 0.5 * sin(0.5)), abs=0.02)
+    k = stream(rover, 2, 0x03, rates=(0, 0, -0.4), thrust=0.0)
+    assert k.yaw_rate == pytest.approx(-0.4, abs=0.02)
+    rover.run(5)
+    assert abs(rover.where.yaw_rate) < 0.01

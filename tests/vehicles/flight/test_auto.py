@@ -144,6 +144,19 @@ def test_a_rover_drives_its_waypoints_and_stops(rover):
     assert r.texts[-1] == "Mission Complete"
 
 
+def test_heights_are_kept_through_climbs_and_the_return(copter):
+    c = copter
+    c.load(takeoff(6), c.at(16, 22, 0, 6), c.at(16, 44, 0, 8), Item(20))
+    c.desk.fly(5)
+    c.set_auto()
+    highest = 0.0
+    while c.autopilot.armed:
+        c.run(0.5)
+        highest = max(highest, -c.where.down)
+        assert c.desk.now < 120
+    assert 14.8 < highest < 15.5  # RTL_ALT
+
+
 def test_messages_come_once(copter):
     c = copter
     c.load(takeoff(5), c.at(16, 6, 0, 5), c.at(16, 12, 0, 5)).start()

@@ -74,10 +74,22 @@ def test_the_breach_is_noticed_at_the_radius(quad):
 def test_above_the_highest_is_a_breach_of_its_own_name(quad, texts):
     put(quad, FENCE_ENABLE=1, FENCE_ALT_MAX=6)
     quad.fly(4)
-    said = texts(push(quad, 5, vz=-1.5))
+    said = texts(push(quad, 3, vz=-1.5))
     assert "Max Alt fence breached" in said
     assert mode(quad) == RTL
-    assert quad.autopilot.fence.breaches.type in (mav.FENCE_BREACH_MAXALT, mav.FENCE_BREACH_NONE)
+    assert quad.autopilot.fence.breaches.type == mav.FENCE_BREACH_MAXALT
+
+
+def test_a_return_does_not_climb_through_the_ceiling(quad):
+    put(quad, FENCE_ENABLE=1, FENCE_ALT_MAX=8, FENCE_MARGIN=2, RTL_ALT=1500)
+    quad.fly(4)
+    assert quad.command(SET_MODE, 1, RTL) == ACCEPTED
+    highest = 0.0
+    for _ in range(100):
+        quad.run(0.1)
+        highest = max(highest, -quad.where.down)
+    assert abs(highest - 6) < 0.3
+    assert quad.autopilot.fence.breaches.count == 0
 
 
 def test_two_fences_left_at_once_are_told_in_one_text(quad, texts):

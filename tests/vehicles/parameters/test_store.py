@@ -273,3 +273,21 @@ def test_defaults_build_the_same_robot_as_no_parameters_at_all():
                 robot.control(Setpoint(position=Vec3(1.0, 0.5, -2.0), yaw=0.2))
                 robot.advance()
         assert plain.kinematics() == tuned.kinematics()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("factor", [0.011, 99.0])
+def test_no_gain_that_is_taken_breaks_the_flight(kind, factor):
+    for name in numbers(kind, "ardupilot"):
+        p, robot = flown(kind, profile="ardupilot")
+        robot.motors_on = True
+        (entry,) = (e for e in p if e.parameter.robot_name == name)
+        try:
+            p.set(entry.parameter.name, entry.value * factor)
+        except ParameterRefused:
+            continue
+        for step in range(500):
+            robot.control(Setpoint(position=Vec3(9.0, step % 7 - 3.0, -3.0), yaw=step % 5 - 2.0))
+            robot.advance()
+            robot.advance()
+        assert all(map(math.isfinite, robot.kinematics())), name

@@ -7,7 +7,7 @@ import pytest
 from mavherd.transport.mavlink import mav
 from mavherd.vehicles.config import SLICE_US
 from mavherd.vehicles.flight.settings import STREAM_GROUPS
-from mavherd.vehicles.protocol.rates import DATA_STREAMS, GROUPS, DEFAULT_RATES_HZ, RateService
+from mavherd.vehicles.protocol.rates import DATA_STREAMS, DEFAULT_RATES_HZ, GROUPS, RateService
 from mavherd.vehicles.protocol.streams import Streams
 from mavherd.vehicles.protocol.telemetry import MESSAGES
 

@@ -2,7 +2,13 @@
 
 from collections.abc import Mapping
 
-from ....transport.extra_messages import CURRENT_MODE_ID, ESC_STATUS_ID, PROTOCOL_VERSION_ID
+from ....transport.extra_messages import (
+    AVAILABLE_MODES_ID,
+    CURRENT_MODE_ID,
+    ESC_STATUS_ID,
+    NAMES,
+    PROTOCOL_VERSION_ID,
+)
 from ....transport.mavlink import mav
 from . import actuators, estimator, identity, motion, position, power, sensors, status, targets
 from .view import Row
@@ -61,8 +67,12 @@ MESSAGES: Mapping[int, Row] = {
     mav.MAVLINK_MSG_ID_VIBRATION: Row(sensors.vibration, "none"),
     mav.MAVLINK_MSG_ID_WIND: Row(sensors.wind, "none: disturbances are forces"),
     mav.MAVLINK_MSG_ID_WIND_COV: Row(sensors.wind_cov, "none: disturbances are forces"),
-    mav.MAVLINK_MSG_ID_EKF_STATUS_REPORT: Row(estimator.ekf_status_report, "all is known"),
-    mav.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Row(estimator.estimator_status, "all is known"),
+    mav.MAVLINK_MSG_ID_EKF_STATUS_REPORT: Row(
+        estimator.ekf_status_report, "all is known; unasked on ardupilot only"
+    ),
+    mav.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Row(
+        estimator.estimator_status, "all is known; unasked on px4 and generic"
+    ),
     mav.MAVLINK_MSG_ID_AHRS: Row(estimator.ahrs, "no drift, no error"),
     mav.MAVLINK_MSG_ID_AHRS2: Row(estimator.ahrs2, "the truth"),
     mav.MAVLINK_MSG_ID_SIMSTATE: Row(estimator.simstate, "the truth"),
@@ -88,3 +98,17 @@ MESSAGES: Mapping[int, Row] = {
     CURRENT_MODE_ID: Row(identity.mode_now, stacks=_NOT_ARDUPILOT),
 }
 """All but AVAILABLE_MODES, which comes as a list and on request only."""
+
+_ON_REQUEST = {AVAILABLE_MODES_ID: "on request only; param2 is a number from 1, or 0 for all"}
+
+
+def name_of(message_id: int) -> str:
+    """Return what MAVLink calls a message."""
+    known = mav.mavlink_map.get(message_id)
+    return str(known.msgname) if known else NAMES.get(message_id, f"message {message_id}")
+
+
+def note_of(message_id: int) -> str:
+    """Return what users should know of a message beyond MAVLink's own description."""
+    row = MESSAGES.get(message_id)
+    return row.note if row else _ON_REQUEST.get(message_id, "")

@@ -31,12 +31,17 @@ class Telemetry:
     def now_us(self, now_us: int) -> None:
         self._view.now_us = now_us
 
+    @property
+    def ids(self) -> frozenset[int]:
+        """Return every message that this vehicle sends, at a rate or on request."""
+        return frozenset(self._makers) | ({AVAILABLE_MODES_ID} if self._lists_modes else set())
+
     def add(self, message_id: int, make: Callable[[], Message | None]) -> None:
         """Offer one more message, such as COMPONENT_METADATA."""
         self._makers[message_id] = lambda _: make()
 
     def offers(self, message_id: int) -> bool:
-        """Return whether this vehicle sends a message, at a rate or once."""
+        """Return whether this vehicle sends a message at a rate."""
         return message_id in self._makers
 
     def make(self, message_id: int) -> Message | None:
