@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test bench results pictures clean
+.PHONY: demo test docs bench results pictures clean
 
 demo: $(VENV)/.view
 	$(BIN)/mavherd run crossing-targets --speed 3
@@ -14,6 +14,10 @@ test: $(VENV)/.test
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/python -m pytest
+
+docs: $(VENV)/.test
+	$(BIN)/python docs/make_mavlink.py
+	$(BIN)/python docs/make_parameters.py
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/run.py

@@ -4,10 +4,11 @@ import argparse
 import json
 import math
 import os
+import re
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .. import __version__
 from ..transport.errors import MavherdError, os_reason
@@ -147,7 +148,11 @@ def _speed(text: str | None, lockstep: bool) -> float | None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Complains in one line, like everything else here."""
+    """Complains in one line, and takes `--home -35.36,149.17,584,0` for what it is."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def error(self, message: str) -> NoReturn:
         """Exit with 2."""

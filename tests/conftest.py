@@ -1,10 +1,12 @@
 """What all tests share: repeatable hypothesis runs, and a vehicle on a desk."""
 
 from collections.abc import Iterator
+from math import hypot
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+from mavherd.transport.frames import yaw_of
 from mavherd.transport.mavlink import Codec, Message, mav
 from mavherd.vehicles.config import SLICE_US, VehicleConfig
 from mavherd.vehicles.vehicle import Vehicle
@@ -38,6 +40,16 @@ class Desk:
     def where(self):
         return self.vehicle.robot.kinematics()
 
+    @property
+    def speed(self) -> float:
+        """Metres a second, in whatever direction."""
+        k = self.where
+        return hypot(k.v_north, k.v_east, k.v_down)
+
+    @property
+    def yaw(self) -> float:
+        return yaw_of(self.where[6:10])
+
     def send(self, *messages: Message) -> list[Message]:
         """Send from the ground; return what the vehicle answers at once."""
         return self.codec.decode(self.vehicle.handle(self.codec.encode(messages), self.link))
@@ -52,22 +64,47 @@ class Desk:
         """Let time pass; return what the vehicle has sent."""
         return [m for data in self.frames(seconds) for m in self.codec.decode(data)]
 
-    def command(self, command: int, *params: float, sent_as: str = "long") -> int:
+    def command(self, command: int, *params: float, sent_as: str = "long", frame: int = 3) -> int:
         """Send a command; return the result in its one ACK."""
-        (ack,) = (m for m in self.ask(command, *params, sent_as=sent_as) if _is_ack(m))
+        answers = self.ask(command, *params, sent_as=sent_as, frame=frame)
+        (ack,) = (m for m in answers if _is_ack(m))
         assert ack.command == command
         return ack.result
 
-    def ask(self, command: int, *params: float, sent_as: str = "long") -> list[Message]:
-        """Send a command; return everything that is answered at once."""
+    def ask(
+        self, command: int, *params: float, sent_as: str = "long", frame: int = 3
+    ) -> list[Message]:
+        """Send a command; return everything that is answered at once. `frame`: of COMMAND_INT."""
         p = (*params, *(0,) * (7 - len(params)))
         system = self.vehicle.config.system_id
         if sent_as == "long":
             return self.send(mav.MAVLink_command_long_message(system, 1, command, 0, *p))
         x, y = int(p[4]), int(p[5])
         return self.send(
-            mav.MAVLink_command_int_message(system, 1, 0, command, 0, 0, *p[:4], x, y, p[6])
+            mav.MAVLink_command_int_message(system, 1, frame, command, 0, 0, *p[:4], x, y, p[6])
         )
+
+    def mode(self, name: str) -> int:
+        """Ask for a mode by the name that ground stations show; return the result."""
+        rows = self.autopilot.modes.rows.values()
+        numbers = {shown: number for number, shown in rows}
+        numbers |= {shown: number for number, shown in self.autopilot.modes.refused.items()}
+        main, sub = numbers[name], 0
+        if self.autopilot.personality.sub_modes:
+            main, sub = numbers[name] >> 16 & 0xFF, numbers[name] >> 24
+        return self.command(mav.MAV_CMD_DO_SET_MODE, 1, main, sub)
+
+    def arm(self) -> int:
+        """Ask for arming; return the result."""
+        return self.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+
+    def stream(self, message: Message, seconds: float, every: float = 0.1) -> list[Message]:
+        """Send the same message again and again, as clients do; return what came back."""
+        out = []
+        for _ in range(round(seconds / every)):
+            out += self.send(message)
+            out += self.run(every)
+        return out
 
     def target(self, mask: int, frame: int = 1, **fields: float) -> Message:
         """Return a SET_POSITION_TARGET_LOCAL_NED with these fields and the rest zero."""
@@ -84,7 +121,7 @@ class Desk:
             climb = (0, 0, 0, 0, 0, 0, height)
             assert self.command(mav.MAV_CMD_NAV_TAKEOFF, *climb) == mav.MAV_RESULT_ACCEPTED
             self.run(3 + height)
-            assert abs(self.where.down + height) < 0.25
+            assert abs(self.where.down + height - self.autopilot.home.down) < 0.25
 
 
 def _is_ack(m: Message) -> bool:
@@ -105,6 +142,16 @@ def quad(desk: type[Desk]) -> Desk:
 @pytest.fixture
 def rover(desk: type[Desk]) -> Desk:
     return desk("rover")
+
+
+@pytest.fixture
+def of():
+    """Return the messages of one name: of(messages, "HEARTBEAT")."""
+
+    def pick(messages: list[Message], name: str) -> list[Message]:
+        return [m for m in messages if m.get_type() == name]
+
+    return pick
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ def os_reason(error: OSError) -> str:
     """Return what the operating system complains of, with the cure where there is one."""
     if error.errno in (errno.EMFILE, errno.ENFILE):
         return "too many open files (raise the limit, as with `ulimit -n 4096`)"
-    return str(error)
+    where = f"{error.filename}: " if error.filename else ""
+    return where + (error.strerror or str(error))
 
 
 class LinkError(MavherdError):

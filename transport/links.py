@@ -4,6 +4,7 @@ An endpoint (a port that listens or an address that is sent to) yields links; a 
 conversation with one peer. A vehicle keeps codec and stream rates per link.
 """
 
+import errno
 import socket
 import struct
 from collections.abc import Iterator
@@ -323,6 +324,6 @@ def _bind(sock: socket.socket, host: str, port: int, label: str) -> None:
         raise LinkError(f"{label}: ports end at {_MAX_PORT}") from None
     except OSError as error:
         sock.close()
-        raise LinkError(
-            f"{label}: {error.strerror or error} (choose another port, or 0 for any free one)"
-        ) from None
+        is_taken = error.errno in (errno.EADDRINUSE, errno.EACCES)
+        cure = " (choose another port, or 0 for any free one)" if is_taken else ""
+        raise LinkError(f"{label}: {error.strerror or error}{cure}") from None

@@ -21,6 +21,7 @@ from typing import Any, NoReturn
 from ..transport.errors import MavherdError
 from ..transport.links import Endpoint, TcpServer, UdpOut
 from .config import VehicleConfig
+from .parameters import files
 from .process import VehicleProcess
 from .truth import TruthLog
 from .vehicle import Vehicle
@@ -108,6 +109,8 @@ def _become_vehicle(request: dict[str, Any], fds: list[int]) -> NoReturn:
         if len(fds) > 2:
             endpoints.append(TcpServer(socket.socket(fileno=fds[2])))
         vehicle = Vehicle(VehicleConfig.from_json(request["config"]))
+        values = {entry.parameter.name: entry.value for entry in vehicle.parameters}
+        files.write(folder / "parameters.param", values)
         process = VehicleProcess(
             vehicle,
             endpoints,

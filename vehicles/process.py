@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import count
 
 from ..transport.errors import VehicleError
 from ..transport.links import Endpoint, Link, patience
@@ -64,7 +65,7 @@ class VehicleProcess:
         self._coordinator = coordinator
         self._control = control
         self._truth = truth
-        self._own = vehicle.converse()
+        self._own = vehicle.converse(channel=None)
         self._outside: dict[Link, _Client] = {}
         self._router: Router[Link] = Router(vehicle.config.system_id)
         self._max_pass_s = _MAX_PASS_S
@@ -255,7 +256,10 @@ class VehicleProcess:
     def _client(self, link: Link) -> _Client:
         client = self._outside.get(link)
         if client is None:
-            client = _Client(self.vehicle.converse(), Attention(time.monotonic()))
+            taken = {other.conversation.channel for other in self._outside.values()}
+            channel = next(n for n in count() if n not in taken)
+            conversation = self.vehicle.converse(channel=channel)
+            client = _Client(conversation, Attention(time.monotonic()))
             self._outside[link] = client
             # At once and in MAVLink 2, from which clients that can speak both take the hint.
             link.send(client.conversation.codec.encode([self.vehicle.autopilot.heartbeat()]))

@@ -49,13 +49,11 @@ class Vehicle:
             ),
             lambda: parameter_json(self.parameters),
         )
-        self._conversations = 0
         self._boot(config)
 
-    def converse(self, *, spoken: bool = False) -> Conversation:
-        """Open a conversation with a new link."""
-        self._conversations += 1
-        return Conversation(self, spoken=spoken, channel=self._conversations - 1)
+    def converse(self, *, spoken: bool = False, channel: int | None = 0) -> Conversation:
+        """Open a conversation with a new link; SR0_... parameters count on channel 0."""
+        return Conversation(self, spoken=spoken, channel=channel)
 
     def handle(self, data: bytes, link: Conversation, *, stream: bool = False) -> bytes:
         """React to bytes from one link; return the bytes of the replies to it."""
@@ -83,12 +81,17 @@ class Vehicle:
             self._control_phase -= 1
             robot.advance()
         self.now_us += SLICE_US
-        self.telemetry.now_us += SLICE_US
-        autopilot.update(self.telemetry.now_us * 1e-6)
+        now_us = self.telemetry.now_us = self.telemetry.now_us + SLICE_US
+        autopilot.update(now_us * 1e-6)
 
     def take_broadcasts(self) -> list[Message]:
-        """Return and forget what is for every link: heartbeats on a change, STATUSTEXT."""
-        return self.autopilot.speaker.take()
+        """Return and forget what is for every link: news of the vehicle, and STATUSTEXT."""
+        speaker = self.autopilot.speaker
+        if not (speaker.waiting or speaker.urgent):
+            return []
+        made = map(self.telemetry.make, sorted(speaker.urgent))
+        speaker.urgent.clear()
+        return [*speaker.take(), *(m for m in made if m is not None)]
 
     def report(self, link: Conversation, broadcasts: list[Message]) -> bytes:
         """Return the bytes due on one link now."""

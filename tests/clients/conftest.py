@@ -148,7 +148,8 @@ def request(command: int, *params: float, form: str = "long", to: tuple[int, int
     if form == "long":
         return mav.MAVLink_command_long_message(*to, command, 0, *p)
     x, y = int(p[4]), int(p[5])
-    return mav.MAVLink_command_int_message(*to, 0, command, 0, 0, *p[:4], x, y, p[6])
+    above_home = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT  # the only one that takeoffs are taken in
+    return mav.MAVLink_command_int_message(*to, above_home, command, 0, 0, *p[:4], x, y, p[6])
 
 
 def free_port(kind: socket.SocketKind) -> int:

@@ -11,7 +11,7 @@ def test_a_person_at_mavproxys_prompt_flies_a_copter(start, run):
     assert seen["parameters"] >= 150
     assert seen["rtl_alt"] == [1500, 1200, 1200]
     assert seen["listed"] == {"wp": 5, "fence": 4, "rally": 2}
-    assert seen["altered"] == 6
+    assert seen["heights"] == [488, 5, 5, 6, 0]
     assert seen["rally_after_clear"] == 0
     for what in ("took_off", "guided", "mission", "returned"):
         assert seen[what]

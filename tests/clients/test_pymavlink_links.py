@@ -153,12 +153,12 @@ def test_after_a_signed_or_torn_frame_it_still_answers(copter, connect, how, fra
     assert station.ask(ASK, 1, to=(SYSTEM, 1)) == ACCEPTED
 
 
-def spoken_with(copter, packer, pieces):
+def spoken_with(vehicle, packer, pieces):
     """Say something in frames of one packer over UDP; return the first bytes of the answers."""
     with closing(socket.socket(type=socket.SOCK_DGRAM)) as sock:
         sock.settimeout(20)
         for message in pieces:
-            sock.sendto(message.pack(packer), ("127.0.0.1", copter.udpin))
+            sock.sendto(message.pack(packer), ("127.0.0.1", vehicle.udpin))
         parser, heard = mav.MAVLink(None), []
         while not any(m.get_type() == "COMMAND_ACK" for m in heard):
             heard += parser.parse_buffer(sock.recv(65_535)) or []
@@ -166,18 +166,24 @@ def spoken_with(copter, packer, pieces):
     return {m.get_type(): m.get_msgbuf()[0] for m in heard}
 
 
-def test_a_mavlink_1_client_is_answered_in_mavlink_1(copter):
+@pytest.fixture(scope="module")
+def fresh(start):
+    """A vehicle that has met nobody: a port that was another client's would be known to it."""
+    return start("quadcopter", "--sysid", SYSTEM, speed=5)
+
+
+def test_a_mavlink_1_client_is_answered_in_mavlink_1(fresh):
     packer = v1.MAVLink(None, srcSystem=255, srcComponent=190)
     heartbeat = v1.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
     ask = v1.MAVLink_command_long_message(SYSTEM, 1, UNKNOWN, 0, *[0.0] * 7)
-    heard = spoken_with(copter, packer, [heartbeat, ask])
+    heard = spoken_with(fresh, packer, [heartbeat, ask])
     assert heard["COMMAND_ACK"] == v1.PROTOCOL_MARKER_V1
     assert set(heard.values()) == {v1.PROTOCOL_MARKER_V1}
 
 
-def test_a_mavlink_2_client_is_answered_in_mavlink_2(copter):
+def test_a_mavlink_2_client_is_answered_in_mavlink_2(fresh):
     packer = mav.MAVLink(None, srcSystem=255, srcComponent=190)
-    heard = spoken_with(copter, packer, [unknown(SYSTEM, 1)])
+    heard = spoken_with(fresh, packer, [unknown(SYSTEM, 1)])
     assert set(heard.values()) == {mav.PROTOCOL_MARKER_V2}
 
 
@@ -311,6 +317,9 @@ def test_there_is_no_log_to_download(station):
 
 def test_stations_hear_one_another_through_the_vehicle(copter, connect):
     one, other = connect(copter, "tcp", system=251), connect(copter, "udp", system=252)
+    for station in (one, other):  # both are known to the vehicle by now
+        station.until_answered()
+        station.greet(again=True)
     one.wait("HEARTBEAT", where=lambda m: m.get_srcSystem() == 252)
     other.wait("HEARTBEAT", where=lambda m: m.get_srcSystem() == 251)
     one.send(mav.MAVLink_command_long_message(252, 190, 520, 0, *[0.0] * 7))

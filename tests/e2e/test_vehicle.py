@@ -1,15 +1,18 @@
 """One vehicle by hand serves stock clients and nobody can harm it."""
 
+import os
 import random
 import re
 import signal
 import socket
 import subprocess
 import sys
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
+
+from mavherd.transport.mavlink import Codec, mav
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "fly_square.py"
 
@@ -116,10 +119,123 @@ def test_a_client_that_reads_nothing_holds_up_nobody(sandbox):
     stop(sandbox, vehicle)
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+STOPS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+SOON = 2.0  # s in which everything ends
+
+
+@pytest.mark.parametrize("how", STOPS)
 def test_it_runs_until_it_is_stopped(sandbox, how):
     vehicle = sandbox.start("vehicle", "quadcopter", "--udpin", "127.0.0.1:0")
     vehicle.stdout.readline()
     vehicle.send_signal(how)
     done = sandbox.finish(vehicle, timeout=10)
     assert done.code == 0
+
+
+def test_nohup_keeps_it_running(sandbox):
+    with listener() as station:
+        vehicle = sandbox.start("vehicle", "rover", "--udpout", address(station), prefix=("nohup",))
+        hear(station, 1)
+        vehicle.send_signal(signal.SIGHUP)
+        greet_until(station, {1}, "ATTITUDE")
+    stop(sandbox, vehicle)
+
+
+class Fleet:
+    """Several vehicles of one command, all of them at work."""
+
+    def __init__(self, sandbox, station, count=3, **popen):
+        words = "vehicle", "rover", "-n", count, "--udpin", "127.0.0.1:0"
+        self.parent = sandbox.start(*words, "--udpout", address(station), **popen)
+        greet_until(station, range(1, count + 1), "ATTITUDE")
+        self.children = sorted(sandbox.processes().keys() - {self.parent.pid})
+
+
+def listener():
+    """Return a socket where a ground station listens."""
+    station = socket.socket(type=socket.SOCK_DGRAM)
+    station.bind(("127.0.0.1", 0))
+    station.settimeout(20)
+    return station
+
+
+def address(station):
+    return f"127.0.0.1:{station.getsockname()[1]}"
+
+
+def hear(station, count):
+    """Wait for so many vehicles; return their addresses by system id."""
+    found, codec = {}, Codec(255, 190)
+    while len(found) < count:
+        data, sender = station.recvfrom(4096)
+        found |= {m.get_srcSystem(): sender for m in codec.decode(data, stream=False)}
+    return found
+
+
+def greet_until(station, system_ids, name):
+    """Send heartbeats to whoever is heard until all these vehicles have sent `name`; return them."""
+    codec, waiting, found = Codec(255, 190), set(system_ids), {}
+    beat = mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+    while waiting:
+        data, sender = station.recvfrom(4096)
+        for m in codec.decode(data, stream=False):
+            if m.get_type() == "HEARTBEAT":
+                station.sendto(codec.encode([beat]), sender)
+            elif m.get_type() == name:
+                waiting.discard(m.get_srcSystem())
+                found[m.get_srcSystem()] = m
+    return found
+
+
+def test_ten_vehicles_at_one_station_are_ten_processes_with_ports_of_their_own(sandbox):
+    with listener() as station:
+        fleet = Fleet(sandbox, station, 10)
+        assert len(fleet.children) == 10
+        assert sorted(hear(station, 10)) == list(range(1, 11))
+        places = greet_until(station, range(1, 11), "LOCAL_POSITION_NED")
+        assert [round(places[i].y) for i in range(1, 11)] == [3 * i for i in range(10)]
+    fleet.parent.send_signal(signal.SIGINT)
+    done = sandbox.finish(fleet.parent, timeout=SOON)
+    assert done.code == 0
+    lines = done.out.splitlines()
+    assert [line.split(":")[0] for line in lines] == [f"rover{i}" for i in range(1, 11)]
+    assert len({re.search(r"udpin:127.0.0.1:(\d+)", line)[1] for line in lines}) == 10
+
+
+@pytest.mark.parametrize("how", STOPS)
+@pytest.mark.parametrize("whom", ["the command", "its terminal"])
+def test_several_end_together(sandbox, how, whom):
+    with listener() as station:
+        fleet = Fleet(sandbox, station, start_new_session=True)
+    (os.kill if whom == "the command" else os.killpg)(fleet.parent.pid, how)
+    with suppress(ProcessLookupError):
+        fleet.parent.send_signal(signal.SIGINT)  # people press it twice
+    done = sandbox.finish(fleet.parent, timeout=SOON)
+    assert done.code == 0
+    assert done.err == "Ctrl-C stops them.\n"
+
+
+def test_none_outlives_a_command_that_was_killed(sandbox):
+    with listener() as station:
+        fleet = Fleet(sandbox, station)
+    fleet.parent.kill()
+    sandbox.wait_for(lambda: not sandbox.processes(), "all have ended", patience=SOON)
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_one_that_dies_ends_the_others(sandbox, how):
+    with listener() as station:
+        fleet = Fleet(sandbox, station)
+    os.kill(fleet.children[1], how)
+    done = sandbox.finish(fleet.parent, timeout=SOON)
+    assert done.code == 3
+    expected = rf"rover\d ended by itself \({how.name}\); the others have been stopped"
+    assert re.search(expected, done.complaint)
+
+
+def test_one_that_hangs_is_ended_all_the_same(sandbox):
+    with listener() as station:
+        fleet = Fleet(sandbox, station)
+    os.kill(fleet.children[0], signal.SIGSTOP)
+    fleet.parent.send_signal(signal.SIGTERM)
+    assert sandbox.finish(fleet.parent, timeout=SOON).code == 0

@@ -26,11 +26,12 @@ def flight(desk, kind, seconds=12.0, **config):
     return bytes(out)
 
 
+@pytest.mark.parametrize("stack", ["ardupilot", "px4", "generic"])
 @pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-def test_one_seed_and_the_same_inputs_give_identical_bytes(desk, kind):
-    first = flight(desk, kind, seed=5)
+def test_one_seed_and_the_same_inputs_give_identical_bytes(desk, kind, stack):
+    first = flight(desk, kind, seed=5, autopilot=stack)
     assert len(first) > 10_000
-    assert flight(desk, kind, seed=5) == first
+    assert flight(desk, kind, seed=5, autopilot=stack) == first
 
 
 @pytest.mark.parametrize("kind", ["quadcopter", "rover"])

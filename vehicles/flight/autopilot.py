@@ -140,9 +140,10 @@ class Autopilot:
         mode = self.modes.mode(number)
         if mode is None:
             name = self.modes.refused.get(number)
-            text = f"Mode {name} is not supported" if name else f"No such mode {number}"
+            unknown = self.personality.no_such_mode.format(number)
+            text = f"Mode {name} is not supported" if name else unknown
             self.say(text, mav.MAV_SEVERITY_WARNING)
-            return FAILED
+            return self.personality.mode_refusal
         return self.enter(mode)
 
     def enter(self, mode: Mode) -> int:
@@ -152,7 +153,7 @@ class Autopilot:
         if mode is not self.mode and (reason := self._entry_refusal(mode)):
             text = f"Mode change to {self.modes.name(mode)} failed: {reason}"
             self.say(text, mav.MAV_SEVERITY_WARNING)
-            return FAILED
+            return self.personality.mode_refusal
         self.change_mode(mode)
         return ACCEPTED
 
@@ -161,6 +162,7 @@ class Autopilot:
         if mode is self.mode:
             return
         self.mode = mode
+        self.robot.speed_limit = self.robot.climb_limit = self.robot.descent_limit = None
         self._begin()
         self.speaker.broadcast(self.heartbeat())
 
@@ -188,7 +190,7 @@ class Autopilot:
 
     def reposition(self, place: Vec3, yaw: float | None, speed: float) -> int:
         """Go to a place (local NED) and stay there, in GUIDED (PX4: in HOLD)."""
-        wanted = Mode.HOLD if self.personality.takeoff_enters_mode else Mode.GUIDED
+        wanted = self.personality.reposition_mode
         if self.mode is not wanted and (refusal := self.enter(wanted)) != ACCEPTED:
             return refusal
         if speed > 0:
@@ -204,6 +206,7 @@ class Autopilot:
         """Move home (local NED); one that the user has set stays when arming."""
         self.home = home
         self._home_is_set = by_user
+        self.speaker.urgent.add(mav.MAVLINK_MSG_ID_HOME_POSITION)
 
     def say(self, text: str, severity: int = mav.MAV_SEVERITY_INFO, topic: str = "") -> None:
         """Send a STATUSTEXT to everybody; the same text (or topic) at most once a second."""
@@ -213,7 +216,7 @@ class Autopilot:
         """Return the texts by which ArduPilot introduces itself when parameters are listed."""
         if not self.personality.banner:
             return []
-        frame = ["Frame: QUAD/X"] if self.flies else []
+        frame = ["Frame: QUAD/PLUS"] if self.flies else []
         return [f"{self.modes.firmware} {self.personality.banner}", *frame]
 
     def heartbeat(self) -> Message:
@@ -234,7 +237,8 @@ class Autopilot:
         """Begin the mode anew, with home here unless the user has set it."""
         if self.armed and not self._home_is_set:
             k = self.robot.kinematics()
-            self.home, self.home_yaw = Vec3(k.north, k.east, k.down), yaw_of(k[6:10])
+            self.home_yaw = yaw_of(k[6:10])
+            self.set_home(Vec3(k.north, k.east, k.down), by_user=False)
         arming_changed(self)
         self._begin()
         self.speaker.broadcast(self.heartbeat())
@@ -257,17 +261,15 @@ class Autopilot:
     def _climb(self, climb: Takeoff) -> Setpoint | AttitudeSetpoint:
         """Take off; a target that comes in meanwhile takes over."""
         if self.targets.current is None and not climb.done:
-            return climb.setpoint
+            return self.gaze.apply(climb.setpoint)
         self.climb = None
-        may_stay = self.targets.current is None and self.fence.refusal(climb.position) is None
-        if may_stay and self.mode is Mode.GUIDED:
-            self.targets.go_to(climb.position)
+        if self.targets.current is None and self.mode is Mode.GUIDED:
+            self.targets.stay_at(climb.position)
         return self.behaviour.update()
 
     def _begin(self) -> None:
         """Begin the present mode from scratch."""
         self.climb = None
-        self.robot.speed_limit = self.robot.climb_limit = self.robot.descent_limit = None
         self.robot.reset_control()
         self.gaze.forget()
         if not self.personality.guided_needs_stream:
@@ -276,7 +278,8 @@ class Autopilot:
 
     def _entry_refusal(self, mode: Mode) -> str | None:
         """Return why `mode` cannot be entered now, None when it can."""
-        if mode is Mode.AUTO and not self.missions.mission.items and (self.armed or not self.flies):
+        needs_mission = self.armed or self.modes.auto_needs_mission
+        if mode is Mode.AUTO and needs_mission and not self.missions.mission.items:
             return "no mission"
         if mode is Mode.GUIDED and self.in_air and self.lacks_stream:
             return "no setpoints"
@@ -291,7 +294,7 @@ class Autopilot:
             flags |= mav.MAV_MODE_FLAG_STABILIZE_ENABLED | mav.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
         elif self.mode is Mode.MANUAL:
             flags |= mav.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
-        if self.mode in _GUIDES_ITSELF:
+        if self.mode in _GUIDES_ITSELF and (self.flies or self.mode is not Mode.HOLD):
             flags |= mav.MAV_MODE_FLAG_GUIDED_ENABLED
         return flags
 

@@ -2,8 +2,8 @@
 
 A breach is told once and met once with the user's action; setting GUIDED again afterwards is
 allowed. Twenty metres farther out it is a new breach, as on ArduPilot. Positions beyond the fence
-that somebody asks for are refused. What ArduPilot's avoidance does besides, braking before there
-is a breach, is not done here.
+that somebody asks for are refused. A rover in GUIDED brakes before there is a breach
+(`avoidance.py`); what ArduPilot's avoidance does besides is not done here.
 """
 
 from math import hypot, inf
@@ -99,7 +99,8 @@ class Fence:
     def enabled(self) -> int:
         """Return the mask of FENCE_TYPEs that count now."""
         on = ALL if self._settings.enabled else 0
-        return (on if self._switched is None else self._switched) & self.present
+        on = on if self._switched is None else self._switched
+        return on and on & self.present
 
     @property
     def safe_height(self) -> float:
@@ -127,6 +128,10 @@ class Fence:
         depths = self._depths(position)
         beyond = sum(kind for kind, depth in depths.items() if depth > 0 or kind == LIST)
         return f"beyond the {_named(beyond, self._words)}" if beyond else None
+
+    def allows(self, position: Vec3) -> bool:
+        """Return whether a place (local NED) is beyond no fence that counts."""
+        return not (self.enabled and self._depths(position))
 
     def arming_refusal(self) -> str | None:
         """Return why the fence forbids arming, as ArduPilot words it; None if it does not."""

@@ -39,9 +39,9 @@ class Gaze:
             return setpoint
         if self._heading is not None:
             return setpoint._replace(yaw=self._heading.update(), yaw_rate=None)
-        if self._interest is not None and setpoint.yaw is None and setpoint.yaw_rate is None:
+        if self._interest is not None:
             k = self._autopilot.robot.kinematics()
             north, east = self._interest.north - k.north, self._interest.east - k.east
             if hypot(north, east) > _OVERHEAD:
-                return setpoint._replace(yaw=atan2(east, north))
+                return setpoint._replace(yaw=atan2(east, north), yaw_rate=None)
         return setpoint

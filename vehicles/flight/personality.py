@@ -25,6 +25,7 @@ class ModeTable:
     refused: Mapping[int, str] = field(default_factory=dict)
     """Modes of the real flight stack that we do not fly, by number: refused by name."""
     not_armable: frozenset[Mode] = frozenset()
+    auto_needs_mission: bool = False  # also disarmed
 
     def number(self, mode: Mode) -> int:
         """Return the `custom_mode` of `mode`."""
@@ -53,8 +54,12 @@ class Personality:
     capabilities: int = 0  # MAV_PROTOCOL_CAPABILITY beside those of every vehicle
     home_is_item_0: bool = True  # mission lists begin with home
     asks_with_mission_request_int: bool = False
-    takeoff_is_amsl: bool = False  # NAV_TAKEOFF's altitude; else metres above home
+    altitudes_are_amsl: bool = False  # in a COMMAND_LONG and NAV_TAKEOFF; else above home
+    takeoff_in_any_frame: bool = False  # as COMMAND_INT; else in GLOBAL_RELATIVE_ALT only
     takeoff_enters_mode: bool = False  # NAV_TAKEOFF works disarmed, and is a mode of its own
+    reposition_mode: Mode = Mode.GUIDED
+    loiter_mode: Mode = Mode.LOITER  # what NAV_LOITER_UNLIM leads to
+    no_yaw_is_nan: bool = False  # in DO_REPOSITION; else 0 means none, too
     targets_take_off: bool = False  # a target above the ground takes off
     missions_take_off: bool = False  # a mission starts when armed, with any item
     guided_needs_stream: bool = False  # setpoints before the mode, and a failsafe without them
@@ -67,8 +72,12 @@ class Personality:
     answers_ping: bool = True
     estimator_message: int = mav.MAVLINK_MSG_ID_ESTIMATOR_STATUS
     arming_refusal: int = mav.MAV_RESULT_FAILED
+    mode_refusal: int = mav.MAV_RESULT_FAILED
+    no_such_mode: str = "No such mode {}"
     unknown_message_refusal: int = mav.MAV_RESULT_FAILED  # REQUEST_MESSAGE of what we lack
     unknown_interval_refusal: int = mav.MAV_RESULT_DENIED
+    unknown_interval_text: str = "No ap_message for mavlink id ({})"
+    legacy_requests: bool = True  # GET_HOME_POSITION, REQUEST_AUTOPILOT_CAPABILITIES
 
 
 _ARDUCOPTER = ModeTable(
@@ -118,6 +127,7 @@ _ARDUROVER = ModeTable(
         Mode.RTL: (11, "RTL"),
         Mode.GUIDED: (15, "GUIDED"),
     },
+    auto_needs_mission=True,
     boot=Mode.MANUAL,
     refused={
         1: "ACRO",
@@ -201,8 +211,12 @@ PX4 = Personality(
     capabilities=mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE,
     home_is_item_0=False,
     asks_with_mission_request_int=True,
-    takeoff_is_amsl=True,
+    altitudes_are_amsl=True,
+    takeoff_in_any_frame=True,
     takeoff_enters_mode=True,
+    reposition_mode=Mode.HOLD,
+    loiter_mode=Mode.HOLD,
+    no_yaw_is_nan=True,
     targets_take_off=True,
     missions_take_off=True,
     guided_needs_stream=True,
@@ -211,8 +225,12 @@ PX4 = Personality(
     throttle_reverses=False,
     acks_set_mode=True,
     arming_refusal=mav.MAV_RESULT_TEMPORARILY_REJECTED,
+    mode_refusal=mav.MAV_RESULT_TEMPORARILY_REJECTED,
+    no_such_mode="Unsupported main mode",
     unknown_message_refusal=mav.MAV_RESULT_DENIED,
     unknown_interval_refusal=mav.MAV_RESULT_FAILED,
+    unknown_interval_text="",
+    legacy_requests=False,
 )
 GENERIC = replace(
     ARDUPILOT,
@@ -222,6 +240,8 @@ GENERIC = replace(
     capabilities=mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST,
     home_is_item_0=False,
     asks_with_mission_request_int=True,
+    takeoff_in_any_frame=True,
+    no_yaw_is_nan=True,
     sticks_of_one_station=False,
     acks_set_mode=True,
     answers_any_component=False,

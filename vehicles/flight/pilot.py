@@ -115,13 +115,16 @@ class Manual:
         self._autopilot = autopilot
 
     def update(self) -> AttitudeSetpoint:
-        """Return what the sticks ask for; full throttle is CRUISE_SPEED."""
+        """Return what the sticks ask for; full throttle is CRUISE_SPEED.
+
+        Backwards the stick steers as a car's wheel does (PILOT_STEER_TYPE 0).
+        """
         autopilot = self._autopilot
         sticks, limits = autopilot.pilot.sticks, autopilot.robot.limits
         full = autopilot.settings.cruise_speed / limits.speed or 1.0
-        return AttitudeSetpoint(
-            yaw_rate=sticks.roll * limits.turn, thrust=(sticks.throttle or 0.0) * full
-        )
+        throttle = sticks.throttle or 0.0
+        side = -1.0 if throttle < 0 else 1.0
+        return AttitudeSetpoint(yaw_rate=side * sticks.roll * limits.turn, thrust=throttle * full)
 
 
 class Climb:

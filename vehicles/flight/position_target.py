@@ -4,9 +4,10 @@ Flight stacks differ in which combinations, frames and leftovers they take: `Tar
 each stack and kind of vehicle (mavlink.md A3, B2.4).
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import cos, hypot, isfinite, sin
+from typing import NamedTuple
 
 from ...transport.frames import Origin, wrap_angle
 from ...transport.mavlink import Message, mav
@@ -52,8 +53,7 @@ class IllegalTarget(ValueError):  # noqa: N818 - reads as what it is
         self.drops = drops
 
 
-@dataclass(frozen=True, slots=True)
-class Here:
+class Here(NamedTuple):
     """What a relative target is relative to."""
 
     position: Vec3
@@ -93,6 +93,12 @@ def to_place(position: Vec3, yaw: float | None = None) -> PositionTarget:
     return PositionTarget(Setpoint(position=position, yaw=yaw), _type_mask(parts))
 
 
+def along(yaw: float, speed: float) -> PositionTarget:
+    """Return the target that is a heading and a speed along it (m/s, negative: backwards)."""
+    setpoint = Setpoint(velocity=Vec3(), yaw=wrap_angle(yaw))
+    return PositionTarget(setpoint, _type_mask(_VELOCITY | _YAW), speed)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetRules:
     """What one flight stack takes, and what becomes of the rest."""
@@ -107,6 +113,7 @@ class TargetRules:
     frame_text: str | None = None  # likewise, and one for the frame
     text_severity: int = mav.MAV_SEVERITY_WARNING
     expires: bool = True  # after GUID_TIMEOUT
+    avoids: bool = False  # no speed leads out of the fence, unless AVOID_ENABLE says so
     tells_expiry: bool = True
 
 
@@ -130,6 +137,7 @@ _ARDUROVER = TargetRules(
     # Of a position, ArduRover would ignore the velocity: we take it as feed-forward.
     legal=_with_turns(_P, _P | _V) | {_V, _V | _YAW, _V | _YAW_RATE, _YAW, _YAW_RATE},
     drives=True,
+    avoids=True,
     needs_no_acceleration=True,
     drops=True,
     illegal_text="",
@@ -161,38 +169,35 @@ def rules_of(personality: str, kind: str) -> TargetRules:
 
 
 def parse(message: Message, rules: TargetRules, here: Here) -> PositionTarget:
-    """Return the target in `message`; raise IllegalTarget when it is not to be followed.
-
-    Any ignore bit of a triple ignores the whole triple.
-    """
+    """Return the target in `message`; raise IllegalTarget when it is not to be followed."""
     name, mask = message.get_type(), message.type_mask
     is_local = name == "SET_POSITION_TARGET_LOCAL_NED"
     frame: int = message.coordinate_frame
     if frame not in (rules.local_frames if is_local else rules.global_frames):
         text = rules.frame_text and rules.frame_text.format(name, frame)
         raise _refused(rules, f"frame {frame} is not supported", text)
-    parts = sum(part for part, bits in _IGNORE.items() if not mask & bits)
+    parts = _parts(mask)
     if parts & _ACCELERATION:
         parts = _without_acceleration(parts, mask, rules, name)
     if parts not in rules.legal:
         text = rules.illegal_text and rules.illegal_text.format(name)
         raise _refused(rules, f"type_mask 0x{mask:X} sets nothing that can be followed", text)
     turn = here.yaw if is_local and frame in _BODY else 0.0
-    setpoint = Setpoint()
+    position = velocity = acceleration = yaw = yaw_rate = None
     if parts & _POSITION:
         place = _local_position if is_local else _global_position
-        setpoint = setpoint._replace(position=place(message, here))
+        position = place(message, here)
     if parts & _VELOCITY:
         xyz = message.vx, message.vy, message.vz
-        setpoint = setpoint._replace(velocity=_rotated(xyz, turn, _MAX_SPEED, "velocity"))
+        velocity = _rotated(xyz, turn, _MAX_SPEED, "velocity")
     if parts & _ACCELERATION:
         xyz = message.afx, message.afy, message.afz
-        setpoint = setpoint._replace(acceleration=_rotated(xyz, turn, _MAX_SPEED, "acceleration"))
+        acceleration = _rotated(xyz, turn, _MAX_SPEED, "acceleration")
     if parts & _YAW:
-        yaw = turn + _finite(message.yaw, _MAX_VALUE, "yaw")
-        setpoint = setpoint._replace(yaw=wrap_angle(yaw))
+        yaw = wrap_angle(turn + _finite(message.yaw, _MAX_VALUE, "yaw"))
     if parts & _YAW_RATE:
-        setpoint = setpoint._replace(yaw_rate=_finite(message.yaw_rate, _MAX_SPEED, "yaw_rate"))
+        yaw_rate = _finite(message.yaw_rate, _MAX_SPEED, "yaw_rate")
+    setpoint = Setpoint(position, velocity, acceleration, yaw, yaw_rate)
     forward = _forward_speed(message, parts) if rules.drives else None
     return PositionTarget(setpoint, _type_mask(parts), forward)
 
@@ -238,6 +243,13 @@ def _global_position(m: Message, here: Here) -> Vec3:
     return Vec3(_finite(north, _MAX_VALUE, "lat_int"), _finite(east, _MAX_VALUE, "lon_int"), down)
 
 
+@lru_cache(maxsize=64)
+def _parts(type_mask: int) -> int:
+    """Return the parts that a `type_mask` gives; any ignore bit of a triple ignores it whole."""
+    return sum(part for part, bits in _IGNORE.items() if not type_mask & bits)
+
+
+@lru_cache(maxsize=64)
 def _type_mask(parts: int) -> int:
     """Return the `type_mask` that ignores all but these parts."""
     return sum(bits for part, bits in _IGNORE.items() if not parts & part)
@@ -247,8 +259,10 @@ def _refused(rules: TargetRules, reason: str, text: str | None) -> IllegalTarget
     return IllegalTarget(reason, text=text, severity=rules.text_severity, drops=rules.drops)
 
 
-def _rotated(xyz: Iterable[float], turn: float, limit: float, what: str) -> Vec3:
-    x, y, z = (_finite(value, limit, what) for value in xyz)
+def _rotated(xyz: tuple[float, float, float], turn: float, limit: float, what: str) -> Vec3:
+    x, y, z = xyz
+    for value in xyz:
+        _finite(value, limit, what)
     c, s = cos(turn), sin(turn)
     return Vec3(c * x - s * y, s * x + c * y, z)
 

@@ -50,7 +50,8 @@ class Fence:
     radius: float = 300.0  # m around home, 0: no such limit
     height: float = 100.0  # m above home, 0: no such limit
     floor: float = -10.0  # m above home, the lowest height
-    margin: float = 2.0  # m inside the fence where targets end
+    margin: float = 2.0  # m below `height` that RTL keeps, and before the edge that a rover stops
+    avoidance: int = 3  # mask: 1 a rover in GUIDED brakes before the fence
     total: int = 0  # items of the fence list; the missions write it
 
 
@@ -97,6 +98,8 @@ class Settings:
     rtl_speed: float = 0.0  # m/s, 0: the usual speed
     rtl_loiter_time: float = 5.0  # s above home
     rtl_final_height: float = 0.0  # m above home to stay at, 0: land
+    rally_limit: float = 300.0  # m: farther rally points are left out, 0: none is
+    rally_home: bool = True  # home competes with the rally points
     land_speed: float = 0.5  # m/s near the ground
     land_speed_high: float = 0.0  # m/s above `land_slow_below`, 0: the robot's v_down_max
     land_slow_below: float = 10.0  # m above home

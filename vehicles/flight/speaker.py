@@ -12,6 +12,7 @@ class Speaker:
 
     def __init__(self) -> None:
         self.waiting: list[Message] = []
+        self.urgent: set[int] = set()  # telemetry (message ids) that everybody shall have now
         self._said_at: dict[str, float] = {}
         self._id = 0
 

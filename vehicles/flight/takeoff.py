@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ..robot import Setpoint, Vec3
-from .behaviour import HOLD
+from .hold import Hold
 from .modes import Mode
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class Takeoff:
 
 
 class TakeoffMode:
-    """PX4's TAKEOFF: climbs to the height asked for, then changes to hold."""
+    """PX4's TAKEOFF: climbs to the height asked for, then stays there in HOLD."""
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
@@ -45,4 +45,7 @@ class TakeoffMode:
         if not self._climb.done:
             return self._climb.setpoint
         self._autopilot.change_mode(Mode.HOLD)
-        return HOLD
+        hold = self._autopilot.behaviour
+        if isinstance(hold, Hold):
+            hold.go_to(self._climb.position, None)
+        return self._climb.setpoint

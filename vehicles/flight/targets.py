@@ -6,8 +6,9 @@ from ...transport.frames import yaw_of
 from ...transport.mavlink import Message, mav
 from ..robot import AttitudeSetpoint, Setpoint, Vec3
 from .attitude_target import AttitudeTarget, parse_attitude
+from .avoidance import within_fence
 from .behaviour import HOLD
-from .position_target import Here, IllegalTarget, PositionTarget, parse, rules_of, to_place
+from .position_target import Here, IllegalTarget, PositionTarget, along, parse, rules_of, to_place
 
 if TYPE_CHECKING:
     from .autopilot import Autopilot
@@ -43,7 +44,7 @@ class Targets:
             self._refuse(refusal)
         else:
             self.current = target
-            autopilot.gaze.turn(None)
+            self._free_nose(target)
             self._expires_from = self.heard_at = autopilot.now
 
     def go_to(self, position: Vec3, yaw: float | None = None) -> None:
@@ -51,7 +52,19 @@ class Targets:
         target = to_place(position, yaw)
         self._check_fence(target)
         self.current, self._expires_from = target, NEVER
-        self._autopilot.gaze.turn(None)
+        self._free_nose(target)
+
+    def stay_at(self, position: Vec3) -> None:
+        """Stay at a place that is reached, the nose where it is wanted already."""
+        self.current, self._expires_from = to_place(position), NEVER
+
+    def drive(self, yaw: float, speed: float) -> None:
+        """Let a rover turn to a heading and drive at a speed (m/s, negative: backwards).
+
+        Like a target with a velocity it expires.
+        """
+        self.current = along(yaw, speed)
+        self._expires_from = self.heard_at = self._autopilot.now
 
     def here(self) -> Here:
         """Return what a relative target is relative to."""
@@ -65,12 +78,14 @@ class Targets:
         autopilot, target = self._autopilot, self.current
         if target and autopilot.now - self._expires_from > autopilot.settings.guided_timeout:
             target = self._expire(target) if self._rules.expires else target
-        if isinstance(target, AttitudeTarget):
-            return target.setpoint
-        setpoint = HOLD
-        if target is not None:
+        setpoint: Setpoint | AttitudeSetpoint = HOLD if target is None else target.setpoint
+        if isinstance(target, PositionTarget) and target.forward_speed is not None:
             setpoint = target.at(yaw_of(autopilot.robot.kinematics()[6:10]))
-        return autopilot.gaze.apply(setpoint)
+        if self._rules.avoids and autopilot.settings.fence.avoidance & 1:
+            setpoint = within_fence(autopilot, setpoint)
+        return (
+            setpoint if isinstance(setpoint, AttitudeSetpoint) else autopilot.gaze.apply(setpoint)
+        )
 
     def _refuse(self, refusal: IllegalTarget) -> None:
         """Stop and hold, also while taking off, unless the target is only dropped."""
@@ -80,6 +95,14 @@ class Targets:
             autopilot.climb = None
         if refusal.text:
             autopilot.say(refusal.text, refusal.severity, topic="target")
+
+    def _free_nose(self, target: PositionTarget | AttitudeTarget) -> None:
+        """Take the nose back from CONDITION_YAW, and from a region of interest if it is needed."""
+        wants = target.setpoint.yaw is not None or target.setpoint.yaw_rate is not None
+        if wants:
+            self._autopilot.gaze.forget()
+        else:
+            self._autopilot.gaze.turn(None)
 
     def _expire(self, target: PositionTarget | AttitudeTarget) -> PositionTarget | None:
         """Keep a latched position, or hold: nobody has renewed the target within GUID_TIMEOUT."""

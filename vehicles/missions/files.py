@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from ...transport.errors import os_reason
 from .plan import MissionError, Plan
 from .plan_json import parse_plan
 from .waypoints import format_wpl, parse_wpl
@@ -16,10 +15,11 @@ def read(path: Path) -> Plan:
     Whether a vehicle flies it is for `MissionStore.load` to say.
     """
     try:
-        data = path.read_bytes() if path.stat().st_size <= _LARGEST else None
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
     except OSError as error:
-        raise MissionError(str(path), os_reason(error)) from None
-    if data is None:
+        raise MissionError(str(path), error.strerror or str(error)) from None
+    if len(data) > _LARGEST:
         raise MissionError(str(path), "is too large for a mission")
     try:
         text = data.decode("utf-8-sig")

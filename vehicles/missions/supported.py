@@ -4,7 +4,7 @@ Upload checks, AUTO and the conformance document all read this table. A command 
 it is refused with MAV_MISSION_UNSUPPORTED.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from ...transport.mavlink import mav
@@ -43,6 +43,7 @@ class Supported:
     kinds: frozenset[str] = _BOTH
     located: bool = False  # x, y and z are a place
     effect: Effect = Effect.FLOWN
+    partly: bool = False  # less than the flight stacks do; the note says how
     may_be_nan: frozenset[int] = frozenset()  # numbers of parameters; unused ones always may
     used: frozenset[int] = frozenset()  # parameters 1..4 that mean something
     mission_type: MissionType = MissionType.MISSION
@@ -80,6 +81,10 @@ def _shape(command: int, note: str, kind: MissionType, used: tuple[int, ...] = (
     )  # fmt: skip
 
 
+def _kept(command: int, note: str, kind: MissionType) -> Supported:
+    return replace(_shape(command, note, kind), effect=Effect.NONE)
+
+
 _FENCE, _RALLY = MissionType.FENCE, MissionType.RALLY
 _ROWS = (
     _nav(16, "WP", "param1 hold time (s), param2 acceptance radius (m); yaw ignored", (1, 2)),
@@ -89,10 +94,15 @@ _ROWS = (
     _nav(20, "RTL", "returns home as mode RTL does", located=False),
     _nav(21, "Land", "flies to the place if one is given, lands, disarms", kinds=_COPTER),
     _nav(22, "Takeoff", "climbs to z from where it stands; x and y ignored", kinds=_COPTER),
-    _nav(82, "SplineWP", "flown as a straight waypoint; param1 hold time (s)", (1,), kinds=_COPTER),
+    _nav(
+        82, "SplineWP", "flown as a straight waypoint; param1 hold time (s)", (1,),
+        kinds=_COPTER, partly=True,
+    ),
     _nav(84, "VTOLTakeoff", "as NAV_TAKEOFF", kinds=_COPTER),
     _nav(85, "VTOLLand", "as NAV_LAND", kinds=_COPTER),
-    _nav(93, "Delay", "param1 seconds; times of day are refused", (1,), located=False),
+    _nav(
+        93, "Delay", "param1 seconds; times of day are refused", (1,), located=False, partly=True
+    ),
     Supported(
         command=112, text="CondDelay", phase=Phase.CONDITION, used=frozenset({1}),
         note="param1 seconds before the next DO command",
@@ -103,7 +113,8 @@ _ROWS = (
     ),
     Supported(
         command=115, text="CondYaw", phase=Phase.CONDITION, used=frozenset({1, 3, 4}),
-        kinds=_COPTER, note="param1 degrees, param3 direction, param4 relative; rate as tuned",
+        kinds=_COPTER,
+        note="param1 degrees, param2 rate (deg/s, at most 60), param3 direction, param4 relative",
     ),
     Supported(
         command=177, text="Jump", phase=Phase.DO, used=frozenset({1, 2}),
@@ -123,14 +134,15 @@ _ROWS = (
     ),
     Supported(
         command=195, text="SetROI", phase=Phase.DO, located=True,
-        note="a copter points its nose there; a rover does nothing",
+        note="a copter points its nose there; a rover does nothing", partly=True,
     ),
     Supported(
         command=197, text="SetROI", phase=Phase.DO, note="the nose faces the way again",
+        partly=True,
     ),
     Supported(
         command=201, text="SetROI", phase=Phase.DO, located=True,
-        note="as DO_SET_ROI_LOCATION; 0, 0 as DO_SET_ROI_NONE",
+        note="as DO_SET_ROI_LOCATION; 0, 0 as DO_SET_ROI_NONE", partly=True,
     ),
     _camera(203, "DigiCamCtrl"),
     _camera(204, "MountConfig"),
@@ -145,12 +157,12 @@ _ROWS = (
     _camera(2001, "ImageStopCap"),
     _camera(2500, "VideoStartCap"),
     _camera(2501, "VideoStopCap"),
-    _shape(5000, "where to go after a breach", _FENCE),
+    _kept(5000, "kept and given back: a breach leads home", _FENCE),
     _shape(5001, "param1 number of corners of this polygon, all of them in a row", _FENCE, (1,)),
     _shape(5002, "param1 number of corners of this polygon, all of them in a row", _FENCE, (1,)),
     _shape(5003, "param1 radius (m)", _FENCE, (1,)),
     _shape(5004, "param1 radius (m)", _FENCE, (1,)),
-    _shape(5100, "where to go instead of home", _RALLY),
+    _shape(5100, "RTL goes to the nearest, home included; altitudes ignored", _RALLY),
 )  # fmt: skip
 
 SUPPORTED: dict[int, Supported] = {row.command: row for row in _ROWS}

@@ -99,7 +99,7 @@ FENCE = grouped(
         "settings.fence.radius", "m",
     ),
     real(
-        "FENCE_MARGIN", 2, (0, 100), "Distance from the fence where targets end",
+        "FENCE_MARGIN", 2, (0, 100), "What RTL keeps below FENCE_ALT_MAX, a rover from the edge",
         "settings.fence.margin", "m",
     ),
     live(INT8, "FENCE_TOTAL", 0, "Items of the fence list"),
@@ -118,7 +118,12 @@ MISSIONS = grouped(
     ),
     fact(INT16, "MIS_OPTIONS", 0, "Mission options: none"),
     live(INT8, "RALLY_TOTAL", 0, "Rally points"),
-)
+    real(
+        "RALLY_LIMIT_KM", 0.3, (0, 1000), "Farther rally points are left out; 0: none is",
+        "settings.rally_limit", "km", 1000.0,
+    ),
+    switch("RALLY_INCL_HOME", 1, "Home competes with the rally points", "settings.rally_home"),
+)  # fmt: skip
 
 PILOT_LINK = grouped(
     "RC",

@@ -173,6 +173,7 @@ _FENCE = grouped(
     ),
     real("FENCE_ALT_MAX", 100, (1, 10000), "Highest above home", "settings.fence.height", "m"),
     real("FENCE_ALT_MIN", -10, (-1000, 1000), "Lowest above home", "settings.fence.floor", "m"),
+    fact(INT8, "AVOID_ENABLE", 0, "No braking before the fence", values={0: "None"}),
 )
 
 TABLE = joined(

@@ -81,8 +81,11 @@ _FAILSAFES = grouped(
 _FENCE = grouped(
     "FENCE",
     int8(
-        "FENCE_TYPE", 6, (0, 6), "What the fence is made of", "settings.fence.types",
-        bits={1: "Circle", 2: "Fence list"},
+        "FENCE_TYPE", 6, (0, 15), "What the fence is made of", "settings.fence.types",
+        bits={
+            0: "Max altitude (of no effect)", 1: "Circle", 2: "Fence list",
+            3: "Min altitude (of no effect)",
+        },
     ),
     choice(
         "FENCE_ACTION",
@@ -94,6 +97,11 @@ _FENCE = grouped(
             1: ("RTL or Hold", Action.RTL),
             2: ("Hold", Action.HOLD),
         },
+    ),
+    int8(
+        "AVOID_ENABLE", 3, (0, 7), "What the rover brakes before in GUIDED",
+        "settings.fence.avoidance",
+        bits={0: "Fence", 1: "Proximity sensors", 2: "Beacons"},
     ),
 )  # fmt: skip
 

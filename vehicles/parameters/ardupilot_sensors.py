@@ -63,7 +63,6 @@ ABSENT = grouped(
         fact(INT8, name, 0, f"No {what}", values={0: "None"})
         for name, what in {
             "ADSB_TYPE": "ADS-B receiver",
-            "AVOID_ENABLE": "obstacle avoidance",
             "CAM1_TYPE": "camera",
             "CAN_P1_DRIVER": "CAN bus",
             "FLOW_TYPE": "optical flow sensor",

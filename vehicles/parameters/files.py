@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from ...transport.errors import MavherdError, os_reason
+from ...transport.errors import MavherdError
 from ..config import VehicleConfig
 from .parameter import NAME_LENGTH, ParameterRefused, shortest
 from .profile import numbers
@@ -88,15 +88,16 @@ def write(path: Path, values: Mapping[str, float]) -> None:
         beside.write_text(text, encoding="ascii")
         beside.replace(path)
     except OSError as error:
-        raise ParameterFileError(f"{path}: cannot be written: {os_reason(error)}") from None
+        raise ParameterFileError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def _lines(path: Path) -> Iterator[Line]:
     try:
-        data = path.read_bytes() if path.stat().st_size <= _LARGEST else None
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
     except OSError as error:
-        raise ParameterFileError(f"{path}: cannot be read: {os_reason(error)}") from None
-    if data is None:
+        raise ParameterFileError(f"{path}: cannot be read: {error.strerror}") from None
+    if len(data) > _LARGEST:
         raise ParameterFileError(f"{path}: is too large for a parameter file")
     try:
         text = data.decode("utf-8-sig")

@@ -17,10 +17,6 @@ class ClockService:
         if answers_ping:
             self.handlers = {**self.handlers, "PING": self._ping}
 
-    def due(self, now: float) -> list[Message]:
-        """Return nothing: clocks speak when they are asked."""
-        return []
-
     def _timesync(self, m: Message) -> list[Message]:
         if m.tc1 != 0:
             return []  # an answer; we have not asked

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
 
 from ...transport.frames import Origin
 from ...transport.mavlink import Message, mav
@@ -22,6 +22,7 @@ _ABOVE_HOME = (
     mav.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
 )
 _FARTHEST = 1e6  # m
+_NO_PLACE = 2**31 - 1  # in COMMAND_INT, what NaN is in COMMAND_LONG
 
 
 class Refused(Exception):  # noqa: N818 - reads as what it is
@@ -50,7 +51,8 @@ class Command:
         params = (m.param1, m.param2, m.param3, m.param4)
         if m.get_type() == "COMMAND_INT":
             scale = 1e-7 if m.frame in _AMSL or m.frame in _ABOVE_HOME else 1e-4
-            return cls(m.command, params, m.x * scale, m.y * scale, m.z, m.frame, True)
+            x, y = (nan if v == _NO_PLACE else v * scale for v in (m.x, m.y))
+            return cls(m.command, params, x, y, m.z, m.frame, True)
         frame = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT
         if m.command == mav.MAV_CMD_DO_SET_HOME:
             frame = mav.MAV_FRAME_GLOBAL
@@ -67,19 +69,29 @@ class Command:
         """Return a parameter (1 to 4) that must be a whole number."""
         return int(self.number_at(index))
 
+    @property
+    def is_amsl(self) -> bool:
+        """Whether the altitude counts from the sea."""
+        return self.frame in _AMSL
+
+    def down(self, origin: Origin, home_down: float) -> float:
+        """Return the altitude in local NED; raise Refused when there is none such."""
+        if not (isfinite(self.z) and abs(self.z) <= _FARTHEST):
+            raise Refused
+        if self.frame in _AMSL:
+            return origin.alt_m - self.z
+        if self.frame in _ABOVE_HOME:
+            return home_down - self.z
+        raise Refused
+
     def place(self, origin: Origin, home_down: float) -> Vec3:
         """Return the place in local NED; raise Refused when there is none such."""
-        lat_deg, lon_deg, altitude = self.x, self.y, self.z
-        if not (abs(lat_deg) <= 90 and abs(lon_deg) <= 180 and isfinite(altitude)):
+        lat_deg, lon_deg = self.x, self.y
+        if not (abs(lat_deg) <= 90 and abs(lon_deg) <= 180):
             raise Refused
         if lat_deg == lon_deg == 0:
             raise Refused
-        if self.frame in _AMSL:
-            down = origin.alt_m - altitude
-        elif self.frame in _ABOVE_HOME:
-            down = home_down - altitude
-        else:
-            raise Refused
+        down = self.down(origin, home_down)
         north, east = origin.from_geodetic(lat_deg, lon_deg)
         if max(abs(north), abs(east), abs(down)) > _FARTHEST:
             raise Refused
@@ -93,3 +105,4 @@ class FlightRow:
     run: Callable[[Autopilot, Command], int]
     note: str
     kinds: tuple[str, ...] = ("quadcopter", "rover")
+    partly: bool = False  # less than the flight stacks do; the note says how

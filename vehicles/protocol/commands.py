@@ -27,10 +27,6 @@ class CommandService:
             "SET_MODE": self._on_set_mode,
         }
 
-    def due(self, now: float) -> list[Message]:
-        """Return nothing: every answer is given at once."""
-        return []
-
     def _on_command(self, m: Message) -> list[Message]:
         try:
             result, replies = self._run(Command.read(m))
@@ -43,14 +39,15 @@ class CommandService:
             if self._autopilot.config.kind not in row.kinds:
                 return UNSUPPORTED, []
             return row.run(self._autopilot, c), []
-        if link_row := LINK_COMMANDS.get(c.number):
+        link_row = LINK_COMMANDS.get(c.number)
+        if link_row and (self._autopilot.personality.legacy_requests or not link_row.is_legacy):
             return link_row.run(self, c)
         return UNSUPPORTED, []
 
     def _on_set_mode(self, m: Message) -> list[Message]:
         """Obey the legacy SET_MODE; ArduPilot sends no ACK for it."""
         custom = m.base_mode & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-        result = self._autopilot.set_mode(m.custom_mode) if custom else UNSUPPORTED
+        result = self._autopilot.set_mode(m.custom_mode) if custom else DENIED
         if not self._autopilot.personality.acks_set_mode:
             return []
         return [_ack(m, mav.MAV_CMD_DO_SET_MODE, result)]
@@ -60,8 +57,11 @@ class CommandService:
     def set_interval(self, c: Command) -> Answer:
         """Answer SET_MESSAGE_INTERVAL."""
         message_id, interval_us = c.whole(1), c.number_at(2)
+        stack = self._autopilot.personality
         if not self._streams.offers(message_id):
-            return self._autopilot.personality.unknown_interval_refusal, []
+            if text := stack.unknown_interval_text.format(message_id):
+                self._autopilot.say(text, mav.MAV_SEVERITY_WARNING, topic="interval")
+            return stack.unknown_interval_refusal, []
         if not self._streams.set_interval(message_id, interval_us, self._telemetry.now_us):
             return DENIED, []
         return ACCEPTED, []
@@ -93,6 +93,7 @@ class LinkRow:
 
     run: Callable[[CommandService, Command], Answer]
     note: str
+    is_legacy: bool = False
 
 
 LINK_COMMANDS: dict[int, LinkRow] = {
@@ -105,13 +106,17 @@ LINK_COMMANDS: dict[int, LinkRow] = {
     ),
     mav.MAV_CMD_REQUEST_MESSAGE: LinkRow(
         lambda s, c: s.send_once(c.whole(1), c.params[1]),
-        "sends it once; FAILED for one that we do not have",
+        "sends it once; FAILED (PX4: DENIED) for one that we do not have",
     ),
     mav.MAV_CMD_GET_HOME_POSITION: LinkRow(
-        lambda s, c: s.send_once(mav.MAVLINK_MSG_ID_HOME_POSITION), "sends HOME_POSITION"
+        lambda s, c: s.send_once(mav.MAVLINK_MSG_ID_HOME_POSITION),
+        "sends HOME_POSITION; not px4",
+        is_legacy=True,
     ),
     mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: LinkRow(
-        lambda s, c: s.send_once(mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION), "sends AUTOPILOT_VERSION"
+        lambda s, c: s.send_once(mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION),
+        "sends AUTOPILOT_VERSION; not px4",
+        is_legacy=True,
     ),
 }
 """Every command that concerns the link it came on."""

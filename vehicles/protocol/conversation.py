@@ -11,7 +11,7 @@ from .logs import LogService
 from .missions import MissionService
 from .parameters import ParameterService
 from .rates import RateService
-from .service import Handler, Service
+from .service import Handler, PacedService, Service
 from .steering import SteeringService
 from .streams import Streams
 
@@ -24,7 +24,7 @@ _HEARTBEAT: int = mav.MAVLINK_MSG_ID_HEARTBEAT
 class Conversation:
     """What the vehicle keeps for each link; made anew when the vehicle reboots."""
 
-    def __init__(self, vehicle: "Vehicle", *, spoken: bool, channel: int) -> None:
+    def __init__(self, vehicle: "Vehicle", *, spoken: bool, channel: int | None) -> None:
         self.codec = Codec(vehicle.config.system_id)
         self.channel = channel
         self._spoken = spoken
@@ -38,10 +38,7 @@ class Conversation:
         self._any_component = autopilot.personality.answers_any_component
         self.telemetry = telemetry
         self.streams = Streams(telemetry, self.channel, spoken=self._spoken)
-        services: list[Service] = [
-            CommandService(autopilot, telemetry, self.streams),
-            SteeringService(autopilot),
-            RateService(self.streams),
+        self._paced: list[PacedService] = [
             ParameterService(
                 vehicle.parameters,
                 autopilot.speaker.broadcast,
@@ -51,6 +48,12 @@ class Conversation:
             ),
             MissionService(autopilot),
             FtpService(vehicle.files, self._opened),
+        ]
+        services: list[Service] = [
+            *self._paced,
+            CommandService(autopilot, telemetry, self.streams),
+            SteeringService(autopilot),
+            RateService(self.streams, lambda: self.codec.version),
             ClockService(lambda: telemetry.now_us, answers_ping=autopilot.personality.answers_ping),
             LogService(),
         ]
@@ -59,7 +62,6 @@ class Conversation:
         self._handlers: dict[str, Handler] = {}
         for service in services:
             self._handlers.update(service.handlers)
-        self._services = services
 
     @property
     def spoken(self) -> bool:
@@ -76,6 +78,8 @@ class Conversation:
         if not self._spoken:
             self._spoken = True
             self.streams.heard(self.telemetry.now_us)
+            for service in self._paced:  # nobody has told them the time yet
+                service.due(self.telemetry.now_us * 1e-6)
         handler = self._handlers.get(message.get_type())
         if handler is None or not self._is_for_us(message):
             return []
@@ -86,9 +90,10 @@ class Conversation:
         now_us = self.telemetry.now_us
         if self._spoken:
             messages = [*broadcasts, *self._pending]
-            self._pending = []
-            for service in self._services:
-                messages += service.due(now_us * 1e-6)
+            self._pending.clear()
+            now = now_us * 1e-6
+            for service in self._paced:
+                messages += service.due(now)
         else:
             messages = [m for m in broadcasts if m.get_msgId() == _HEARTBEAT]
         if now_us >= self.streams.next_due_us:
@@ -97,8 +102,12 @@ class Conversation:
         return messages
 
     def _introduce(self) -> None:
-        """Say what this is on this link, as ArduPilot does when parameters are listed."""
-        self._pending = [
+        """Say what this is on this link, as ArduPilot does when parameters are listed.
+
+        And the version: DroneKit asks for it with a second's delay, and our list is there sooner.
+        """
+        self._pending = self.telemetry.request(mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        self._pending += [
             mav.MAVLink_statustext_message(mav.MAV_SEVERITY_INFO, text.encode())
             for text in self._autopilot.introduction()
         ]

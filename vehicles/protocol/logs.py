@@ -15,10 +15,6 @@ class LogService:
     def __init__(self) -> None:
         self.handlers: Mapping[str, Handler] = {"LOG_REQUEST_LIST": self._list}
 
-    def due(self, now: float) -> list[Message]:
-        """Return nothing."""
-        return []
-
     def _list(self, m: Message) -> list[Message]:
         none = mav.MAVLink_log_entry_message(id=0, num_logs=0, last_log_num=0, time_utc=0, size=0)
         return [none]

@@ -10,7 +10,7 @@ from zlib import crc32
 
 from ...transport.errors import MavherdError
 from ...transport.mavlink import Message, mav
-from ..parameters.parameter import INT32, NAME_LENGTH, REAL32, ParameterRefused
+from ..parameters.parameter import INT32, NAME_LENGTH, REAL32, Parameter, ParameterRefused
 from ..parameters.store import Entry, Parameters
 from .service import Handler
 
@@ -54,13 +54,14 @@ class ParameterService:
             "PARAM_SET": self._on_set,
         }
         self._parameters = parameters
+        self._count = len(parameters)
         self._broadcast = broadcast
         self._say = say
         self._bytewise = bytewise
         self._announce = on_list
         self._now = 0.0
         self._announced_at = -_BANNER_INTERVAL
-        self._next = len(parameters)  # place in the list that goes out next
+        self._next = self._count  # place in the list that goes out next
         self._hash_due = False
         self._answered = 0  # reads and sets since the last `due`
 
@@ -72,8 +73,8 @@ class ParameterService:
         if self._hash_due:
             self._hash_due = False
             out.append(self._hash_check())
-        if self._next < len(self._parameters):
-            end = min(len(self._parameters), self._next + _BURST)
+        if self._next < self._count:
+            end = min(self._count, self._next + _BURST)
             out += [self._value(self._parameters.at(i)) for i in range(self._next, end)]
             self._next = end
         return out
@@ -91,7 +92,7 @@ class ParameterService:
         if self._is_too_much():
             return []
         if m.param_index >= 0:
-            known = m.param_index < len(self._parameters)
+            known = m.param_index < self._count
             return [self._value(self._parameters.at(m.param_index))] if known else []
         name = _name(m)
         if name == HASH_CHECK and self._bytewise:
@@ -104,12 +105,12 @@ class ParameterService:
             return []
         name = _name(m)
         if name == HASH_CHECK and self._bytewise:  # the station knows our values already
-            self._next, self._hash_due = len(self._parameters), False
+            self._next, self._hash_due = self._count, False
             return []
         if name not in self._parameters:
             return []
         try:
-            self._parameters.set(name, self._number(m))
+            self._parameters.set(name, self._number(m, self._parameters.entry(name).parameter))
         except ParameterRefused as reason:
             self._say(str(reason))
             return [self._value(self._parameters.entry(name))]
@@ -123,10 +124,15 @@ class ParameterService:
         self._answered += 1
         return self._answered > _PATIENCE
 
-    def _number(self, m: Message) -> float:
-        """Return the value in a PARAM_SET, whatever type the sender takes it for."""
+    def _number(self, m: Message, parameter: Parameter) -> float:
+        """Return the value in a PARAM_SET, whatever type the sender takes it for.
+
+        But for the bits of an integer meant for a float: PX4 refuses them, and MAVSDK knows.
+        """
         form = _INTEGERS.get(m.param_type)
         if form and self._bytewise:
+            if parameter.type == REAL32:
+                raise ParameterRefused(f"{parameter.name}: is no integer")
             return float(struct.unpack(form, struct.pack("<f", m.param_value))[0])
         return float(m.param_value)
 
@@ -134,11 +140,11 @@ class ParameterService:
         place, parameter, value, _ = entry
         if self._bytewise and parameter.type == INT32:
             value = _bits("<i", int(value))
-        return _param_value(parameter.name, value, parameter.type, len(self._parameters), place)
+        return _param_value(parameter.name, value, parameter.type, self._count, place)
 
     def _hash_check(self) -> Message:
         value = _bits("<I", checksum(self._parameters))
-        return _param_value(HASH_CHECK, value, _UINT32, len(self._parameters), _NO_INDEX)
+        return _param_value(HASH_CHECK, value, _UINT32, self._count, _NO_INDEX)
 
 
 def checksum(parameters: Parameters) -> int:

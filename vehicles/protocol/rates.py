@@ -1,6 +1,6 @@
 """How often messages go out when nobody has asked for each of them: defaults and groups."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from ...transport.mavlink import Message, mav
@@ -72,6 +72,11 @@ GROUPS: Mapping[str, tuple[int, ...]] = {
 }
 """ArduPilot's groups, as the parameters SRn_... and REQUEST_DATA_STREAM know them."""
 
+OF_MAVLINK_1: Mapping[str, tuple[int, ...]] = {
+    "RC_CHAN": (mav.MAVLINK_MSG_ID_RC_CHANNELS_RAW,),  # by which DroneKit knows the channels
+}
+"""What ArduPilot adds to a group for a peer that speaks MAVLink 1."""
+
 DATA_STREAMS: Mapping[int, tuple[str, ...]] = {
     mav.MAV_DATA_STREAM_ALL: tuple(GROUPS),
     mav.MAV_DATA_STREAM_RAW_SENSORS: ("RAW_SENS",),
@@ -92,13 +97,14 @@ class Rates:
     """What one link gets unasked: the vehicle's own rates, unless SRn_... parameters say else.
 
     A group's parameter is in Hz. 0 leaves each message of the group at the vehicle's own rate,
-    more sends every message of the group so often, less (-1) sends none of it.
+    more sends every message of the group so often, less (-1) sends none of it. `channel` is n;
+    the last one counts for all beyond, and the coordinator's own link has none.
     """
 
-    def __init__(self, autopilot: Autopilot, channel: int) -> None:
+    def __init__(self, autopilot: Autopilot, channel: int | None) -> None:
         channels = autopilot.settings.stream_rates
-        self._groups = channels[min(channel, len(channels) - 1)]
-        self._seen: dict[str, float] = {}
+        self._groups = {} if channel is None else channels[min(channel, len(channels) - 1)]
+        self._seen: dict[str, float] | None = None
         estimator = autopilot.personality.estimator_message
         self._own = {**DEFAULT_RATES_HZ, estimator: _ESTIMATOR_HZ}
         self.messages = tuple(dict.fromkeys((*self._own, *_GROUP_OF)))
@@ -117,15 +123,15 @@ class Rates:
 
 
 class RateService:
-    """Answers the legacy REQUEST_DATA_STREAM, by which older stations set whole groups."""
+    """Answers the legacy REQUEST_DATA_STREAM, by which older stations set whole groups.
 
-    def __init__(self, streams: "Streams") -> None:
+    `version` returns the peer's version of MAVLink.
+    """
+
+    def __init__(self, streams: "Streams", version: Callable[[], int] = lambda: 2) -> None:
         self._streams = streams
+        self._version = version
         self.handlers: dict[str, Handler] = {"REQUEST_DATA_STREAM": self._on_request}
-
-    def due(self, now: float) -> list[Message]:
-        """Return nothing."""
-        return []
 
     def _on_request(self, m: Message) -> list[Message]:
         """Set the rate of a group, or of all; ArduPilot acknowledges none of it either."""
@@ -133,6 +139,7 @@ class RateService:
             return []
         rate = m.req_message_rate if m.start_stop else 0
         for group in DATA_STREAMS.get(m.req_stream_id, ()):
-            for message_id in GROUPS[group]:
+            older = OF_MAVLINK_1.get(group, ()) if self._version() == 1 else ()
+            for message_id in (*GROUPS[group], *older):
                 self._streams.ask(message_id, rate)
         return []

@@ -17,6 +17,10 @@ class Service(Protocol):
         """Who takes which message, by name; the address has been looked at before."""
         ...
 
+
+class PacedService(Service, Protocol):
+    """A service that also sends later: lists under way, and requests that it repeats."""
+
     def due(self, now: float) -> list[Message]:
         """Return what is to be sent unasked at `now`, s since boot; called every 10 ms."""
         ...

@@ -19,10 +19,6 @@ class SteeringService:
             "HEARTBEAT": self._on_heartbeat,
         }
 
-    def due(self, now: float) -> list[Message]:
-        """Return nothing."""
-        return []
-
     def _on_target(self, m: Message) -> list[Message]:
         self._autopilot.follow(m)
         return []

@@ -21,10 +21,10 @@ class Streams:
     """Intervals and due times of one link, in microseconds of vehicle time.
 
     `spoken` false: heartbeats only, as on a port where nobody has answered yet. `channel` says
-    which SRn_... parameters count.
+    which SRn_... parameters count, None: no such.
     """
 
-    def __init__(self, telemetry: "Telemetry", channel: int, *, spoken: bool) -> None:
+    def __init__(self, telemetry: "Telemetry", channel: int | None, *, spoken: bool) -> None:
         self.spoken = spoken
         self._telemetry = telemetry
         self._rates = Rates(telemetry.autopilot, channel)

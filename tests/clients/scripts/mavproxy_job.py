@@ -93,14 +93,15 @@ def transfer_lists(proxy: Prompt) -> None:
     fact(listed=listed)
     proxy.ask("wp changealt 3 6", r"Changed alt for WPs 3:3 to 6\.0")  # a partial write
     proxy.ask("wp list", r"Requesting 5 ")
-    fact(altered=float(proxy.read(r"\r\n *3 [^\r\n]* (\d+\.\d+) p1=")[1]))
+    heights = [float(proxy.read(r"\n\d+ \d \S+ \S+ (\d+\.\d+) p1=")[1]) for _ in range(5)]
+    fact(heights=heights)
     proxy.ask("rally clear", "rally clear")
     fact(rally_after_clear=int(proxy.ask("rally list", r"Requesting (\d+) ")[1]))
 
 
 def handle_parameters(proxy: Prompt) -> None:
     """Show, set and fetch one, and have a wrong value refused."""
-    show = r"RTL_ALT +(\d+\.\d+)"
+    show = r"RTL_ALT +(\d+)(?:\.\d+)?\r"
     before = float(proxy.ask("param show RTL_ALT", show)[1])
     proxy.type("param set RTL_ALT 1200")
     fetched = float(proxy.ask("param fetch RTL_ALT", r"RTL_ALT = (\d+\.\d+)")[1])

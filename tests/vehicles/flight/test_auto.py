@@ -286,9 +286,17 @@ def test_a_px4_mission_of_waypoints_takes_off_by_itself(desk):
     assert -c.where.down > 2.5
 
 
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-def test_auto_needs_a_mission_to_arm(desk, kind):
-    f = Flight(desk, kind)
+def test_a_rover_enters_auto_with_a_mission_only(desk):
+    f = Flight(desk, "rover")
+    assert f.set_auto() == FAILED
+    f.run(0.1)
+    assert any("AUTO failed: no mission" in text for text in f.texts)
+    f.load(f.at(16, 3, 0, 0))
+    assert f.set_auto() == ACCEPTED
+
+
+def test_a_copter_needs_a_mission_to_arm_in_auto(desk):
+    f = Flight(desk)
     assert f.set_auto() == ACCEPTED
     assert f.desk.command(ARM, 1) == FAILED
     f.run(0.1)

@@ -1,27 +1,36 @@
-"""The vehicle arms, flies, lands and disarms as ArduPilot would, with the physics it has."""
+"""The vehicle arms, takes off and changes modes as its flight stack would, with our physics."""
 
-from math import cos, hypot, inf, nan, pi, radians, sin
+from itertools import product
+from math import inf, nan, pi
 
 import pytest
 
-from mavherd.transport.frames import wrap_angle, yaw_of
+from mavherd.transport.frames import wrap_angle
 from mavherd.transport.mavlink import mav
-from mavherd.vehicles.flight.autopilot import DISARM_DELAY, RTL_ALTITUDE
 
-ACCEPTED, DENIED, FAILED = 0, 2, 4
-ARM, TAKEOFF, LAND, RTL, SET_MODE = 400, 22, 21, 20, 176
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
+ARM, TAKEOFF, LAND, RTL, LOITER, SET_MODE = 400, 22, 21, 20, 17, 176
 FORCE = 21196
-POSITION, POSITION_YAW, VELOCITY, VELOCITY_TURN = 0xDF8, 0x9F8, 0xDC7, 0x5C7
-COPTER = {"GUIDED": 4, "LOITER": 5, "RTL": 6, "LAND": 9, "BRAKE": 17}
-ROVER = {"HOLD": 4, "LOITER": 5, "RTL": 11, "GUIDED": 15}
+POSITION, VELOCITY = 0xDF8, 0xDC7
+COPTER = {
+    "STABILIZE": 0,
+    "ALT_HOLD": 2,
+    "AUTO": 3,
+    "GUIDED": 4,
+    "LOITER": 5,
+    "RTL": 6,
+    "LAND": 9,
+    "BRAKE": 17,
+}
+ROVER = {"MANUAL": 0, "HOLD": 4, "LOITER": 5, "AUTO": 10, "RTL": 11, "GUIDED": 15}
+STACKS = ("ardupilot", "px4", "generic")
+KINDS = ("quadcopter", "rover")
+REFUSED = {"ardupilot": FAILED, "px4": REJECTED, "generic": FAILED}
+CUSTOM, GUIDED, STABILIZED, STICKS, ARMED = 1, 8, 16, 64, 128  # MAV_MODE_FLAG
 
 
-def heartbeats(messages):
-    return [m for m in messages if m.get_type() == "HEARTBEAT"]
-
-
-def echoes(messages):
-    return [m for m in messages if m.get_type() == "POSITION_TARGET_LOCAL_NED"]
+def up(height):
+    return (0, 0, 0, 0, 0, 0, height)
 
 
 def landed_state(desk):
@@ -29,27 +38,13 @@ def landed_state(desk):
     return m.landed_state
 
 
-def speed(desk):
-    k = desk.where
-    return hypot(k.v_north, k.v_east, k.v_down)
-
-
-def stream(desk, message, seconds, every=0.1):
-    """Send the same target again and again, as clients do."""
-    out = []
-    for _ in range(round(seconds / every)):
-        desk.send(message)
-        out += desk.run(every)
-    return out
-
-
 # Arming
 
 
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+@pytest.mark.parametrize(("stack", "kind"), [*product(STACKS, KINDS)])
 @pytest.mark.parametrize("value", [0.5, 2, -1, 0.999999, nan, inf, -inf, 1e38])
-def test_only_exactly_0_and_1_arm_and_disarm(desk, kind, value):
-    vehicle = desk(kind)
+def test_only_exactly_0_and_1_arm_and_disarm(desk, stack, kind, value):
+    vehicle = desk(kind, autopilot=stack)
     assert vehicle.command(ARM, value) == DENIED
     assert not vehicle.autopilot.armed
     assert vehicle.command(ARM, 1) == ACCEPTED
@@ -57,7 +52,7 @@ def test_only_exactly_0_and_1_arm_and_disarm(desk, kind, value):
     assert vehicle.autopilot.armed
 
 
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_arming_twice_and_disarming_twice_are_accepted(desk, kind):
     vehicle = desk(kind)
     for value in (0, 1, 1, 0, 0):
@@ -66,37 +61,60 @@ def test_arming_twice_and_disarming_twice_are_accepted(desk, kind):
 
 
 def test_a_refused_arming_says_why(quad, texts):
-    quad.command(SET_MODE, 1, COPTER["RTL"])
-    assert quad.command(ARM, 1) == FAILED
+    quad.mode("RTL")
+    assert quad.arm() == FAILED
     assert texts(quad.run(0.1)) == ["Arm: RTL mode not armable"]
     assert not quad.autopilot.armed
 
 
-@pytest.mark.parametrize("mode", ["GUIDED", "LOITER", "LAND", "BRAKE"])
+def test_a_refused_arming_of_a_rover_says_why_as_ardurover_does(rover, texts):
+    rover.mode("RTL")
+    assert rover.arm() == FAILED
+    assert texts(rover.run(0.1)) == ["Arm: Mode not armable"]
+
+
+def test_auto_needs_a_mission_to_arm(quad, texts):
+    assert quad.mode("AUTO") == ACCEPTED
+    assert quad.arm() == FAILED
+    assert texts(quad.run(0.1)) == ["Arm: Mode requires mission"]
+
+
+@pytest.mark.parametrize("mode", sorted(set(COPTER) - {"RTL", "AUTO"}))
 def test_a_landed_copter_arms_in_every_other_mode(quad, mode):
-    quad.command(SET_MODE, 1, COPTER[mode])
-    assert quad.command(ARM, 1) == ACCEPTED
+    assert quad.mode(mode) == ACCEPTED
+    assert quad.arm() == ACCEPTED
+
+
+@pytest.mark.parametrize("mode", sorted(set(ROVER) - {"RTL", "AUTO"}))
+def test_a_rover_arms_in_every_other_mode(rover, mode):
+    assert rover.mode(mode) == ACCEPTED
+    assert rover.arm() == ACCEPTED
 
 
 def test_arming_in_the_air_is_refused(quad, texts):
     quad.fly()
     quad.command(ARM, 0, FORCE)
     quad.run(0.1)
-    assert quad.command(ARM, 1) == FAILED
+    assert quad.arm() == FAILED
     assert "Arm: in the air" in texts(quad.run(0.1))
 
 
-def test_an_armed_copter_stands_with_still_rotors_until_it_takes_off(quad):
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    quad.command(ARM, 1)
+def test_an_armed_copter_stands_with_idle_rotors_until_it_takes_off(quad):
+    quad.mode("GUIDED")
+    quad.arm()
     for _ in range(50):
-        quad.run(0.01)
-        assert not any(quad.vehicle.robot.actuators())
+        quad.run(0.1)
+        assert quad.where[:6] == (0, 0, 0, 0, 0, 0)
+        assert all(0 <= share < 0.2 for share in quad.vehicle.robot.outputs())
+    assert min(quad.vehicle.robot.actuators()) > 0, "one sees that it is armed"
+    assert quad.command(ARM, 0) == ACCEPTED
+    quad.run(3)
+    assert not any(quad.vehicle.robot.actuators())
 
 
 def test_an_idle_copter_disarms_itself_after_ten_seconds(quad, texts):
-    quad.command(ARM, 1)
-    said = quad.run(DISARM_DELAY - 0.1)
+    quad.arm()
+    said = quad.run(9.9)
     assert quad.autopilot.armed
     said += quad.run(0.2)
     assert not quad.autopilot.armed
@@ -105,89 +123,8 @@ def test_an_idle_copter_disarms_itself_after_ten_seconds(quad, texts):
 
 def test_an_idle_rover_stays_armed(rover):
     rover.fly()
-    rover.run(DISARM_DELAY + 5)
+    rover.run(15)
     assert rover.autopilot.armed
-
-
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-def test_home_is_where_it_was_armed(desk, kind):
-    vehicle = desk(kind, north=12.0, east=-7.0, down=-3.0, yaw=1.0)
-    if kind == "rover":
-        vehicle.fly()
-        stream(vehicle, vehicle.target(VELOCITY, vx=1.0), 5)
-        vehicle.command(ARM, 0)
-        vehicle.run(5)
-    k = vehicle.where
-    vehicle.command(ARM, 1)
-    (_, home) = vehicle.ask(mav.MAV_CMD_GET_HOME_POSITION)
-    assert (home.x, home.y, home.z) == pytest.approx(k[:3], abs=1e-4)
-    assert yaw_of(home.q) == pytest.approx(yaw_of(k[6:10]), abs=1e-5)
-
-
-# Takeoff, landing, the whole life
-
-
-def test_a_life_from_arming_to_disarming(quad, texts):
-    said = quad.run(0.1)
-    assert landed_state(quad) == mav.MAV_LANDED_STATE_ON_GROUND
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    assert quad.command(ARM, 1) == ACCEPTED
-    assert quad.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 4) == ACCEPTED
-    said += quad.run(1.5)
-    assert landed_state(quad) == mav.MAV_LANDED_STATE_TAKEOFF
-    assert heartbeats(said)[-1].system_status == mav.MAV_STATE_ACTIVE
-    said += quad.run(10)
-    assert landed_state(quad) == mav.MAV_LANDED_STATE_IN_AIR
-    assert quad.where.down == pytest.approx(-4, abs=0.1)
-    assert speed(quad) < 0.1
-    assert quad.command(LAND) == ACCEPTED
-    said += quad.run(1)
-    assert landed_state(quad) == mav.MAV_LANDED_STATE_LANDING
-    assert quad.autopilot.armed
-    said += quad.run(12)
-    assert landed_state(quad) == mav.MAV_LANDED_STATE_ON_GROUND
-    assert not quad.autopilot.armed
-    assert quad.where[:3] == pytest.approx((0, 0, 0), abs=0.1)
-    assert quad.vehicle.robot.impact_speed < 1.0
-    assert texts(said) == ["Arming motors", "Disarming motors"]
-
-
-def test_a_takeoff_is_metres_above_home_wherever_the_ground_is(desk):
-    roof = desk("quadcopter", down=-30.0)
-    roof.command(SET_MODE, 1, COPTER["GUIDED"])
-    roof.command(ARM, 1)
-    roof.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 3)
-    roof.run(8)
-    assert roof.where.down == pytest.approx(-33, abs=0.2)
-
-
-@pytest.mark.parametrize("height", [0, -1, nan, inf, 1e5])
-def test_a_takeoff_to_nowhere_is_refused(quad, height):
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    quad.command(ARM, 1)
-    assert quad.command(TAKEOFF, 0, 0, 0, 0, 0, 0, height) == FAILED
-    quad.run(1)
-    assert not quad.autopilot.in_air
-
-
-def test_a_takeoff_needs_arming_and_guided(quad):
-    up = (0, 0, 0, 0, 0, 0, 3)
-    assert quad.command(TAKEOFF, *up) == FAILED
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    assert quad.command(TAKEOFF, *up) == FAILED
-    quad.command(ARM, 1)
-    quad.command(SET_MODE, 1, COPTER["LOITER"])
-    assert quad.command(TAKEOFF, *up) == FAILED
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    assert quad.command(TAKEOFF, *up) == ACCEPTED
-    quad.run(6)
-    assert quad.command(TAKEOFF, *up) == FAILED, "it flies already"
-
-
-def test_a_rover_does_not_take_off_and_does_not_land(rover):
-    rover.fly()
-    assert rover.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 3) == mav.MAV_RESULT_UNSUPPORTED
-    assert rover.command(LAND) == mav.MAV_RESULT_UNSUPPORTED
 
 
 def test_disarming_in_the_air_is_refused_except_by_force(quad, texts):
@@ -205,80 +142,434 @@ def test_disarming_in_the_air_is_refused_except_by_force(quad, texts):
     assert quad.vehicle.robot.impact_speed > 5
 
 
-def test_a_landing_comes_down_where_it_was_ordered(quad):
-    quad.fly()
-    stream(quad, quad.target(VELOCITY, vx=1.0, vy=1.0), 3)
-    k = quad.where
-    quad.command(LAND)
-    quad.run(15)
+# Takeoff, and the whole life
+
+
+def test_a_life_from_arming_to_disarming(quad, texts, of):
+    said = quad.run(0.1)
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_ON_GROUND
+    quad.mode("GUIDED")
+    assert quad.arm() == ACCEPTED
+    assert quad.command(TAKEOFF, *up(4)) == ACCEPTED
+    said += quad.run(1.5)
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_TAKEOFF
+    assert of(said, "HEARTBEAT")[-1].system_status == mav.MAV_STATE_ACTIVE
+    said += quad.run(10)
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_IN_AIR
+    assert quad.where.down == pytest.approx(-4, abs=0.1)
+    assert quad.speed < 0.1
+    assert quad.command(LAND) == ACCEPTED
+    said += quad.run(1)
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_LANDING
+    assert quad.autopilot.armed
+    said += quad.run(12)
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_ON_GROUND
     assert not quad.autopilot.armed
-    assert hypot(quad.where.north - k.north, quad.where.east - k.east) < 1.0
+    assert quad.where[:3] == pytest.approx((0, 0, 0), abs=0.1)
+    assert quad.vehicle.robot.impact_speed < 1.0
+    assert texts(said) == ["Arming motors", "Disarming motors"]
 
 
-def test_a_landed_and_disarmed_copter_flies_again(quad):
-    for _ in range(2):
-        quad.fly(2)
-        quad.command(LAND)
-        quad.run(9)
-        assert not quad.autopilot.armed
+@pytest.mark.parametrize("sent_as", ["long", "int"])
+def test_a_takeoff_is_metres_above_home_wherever_the_ground_is(desk, sent_as):
+    roof = desk("quadcopter", down=-30.0)
+    roof.mode("GUIDED")
+    roof.arm()
+    assert roof.command(TAKEOFF, *up(3), sent_as=sent_as) == ACCEPTED
+    roof.run(8)
+    assert roof.where.down == pytest.approx(-33, abs=0.2)
 
 
-def test_a_copter_flown_into_the_ground_stays_there_and_disarms(quad):
-    quad.fly(2)
-    stream(quad, quad.target(VELOCITY, vz=0.7), 5)
+def test_arducopter_takes_a_takeoff_as_command_int_in_one_frame_only(quad):
+    quad.mode("GUIDED")
+    quad.arm()
+    for frame in set(range(22)) - {mav.MAV_FRAME_GLOBAL_RELATIVE_ALT}:
+        assert quad.command(TAKEOFF, *up(3), sent_as="int", frame=frame) == DENIED
+    quad.run(1)
     assert not quad.autopilot.in_air
-    quad.run(DISARM_DELAY)
-    assert not quad.autopilot.armed
+
+
+def test_a_generic_vehicle_heeds_the_frame_of_a_takeoff(desk):
+    quad = desk("quadcopter", autopilot="generic")
+    quad.mode("GUIDED")
+    quad.arm()
+    amsl = quad.autopilot.origin.alt_m + 3
+    assert quad.command(TAKEOFF, *up(amsl), sent_as="int", frame=mav.MAV_FRAME_GLOBAL) == ACCEPTED
+    quad.run(7)
+    assert quad.where.down == pytest.approx(-3, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("height", "result"), [(0, FAILED), (-1, FAILED), (1e5, FAILED), (nan, DENIED), (inf, DENIED)]
+)
+def test_a_takeoff_to_nowhere_is_refused(quad, height, result):
+    quad.mode("GUIDED")
+    quad.arm()
+    assert quad.command(TAKEOFF, *up(height)) == result
+    quad.run(1)
+    assert not quad.autopilot.in_air
+
+
+def test_a_takeoff_needs_arming_and_a_mode_that_flies_by_itself(quad):
+    assert quad.command(TAKEOFF, *up(3)) == FAILED
+    quad.mode("GUIDED")
+    assert quad.command(TAKEOFF, *up(3)) == FAILED
+    quad.arm()
+    for mode in ("STABILIZE", "BRAKE", "LAND", "RTL"):
+        quad.mode(mode)
+        assert quad.command(TAKEOFF, *up(3)) == FAILED, mode
+    quad.mode("GUIDED")
+    assert quad.command(TAKEOFF, *up(3)) == ACCEPTED
+    quad.run(6)
+    assert quad.command(TAKEOFF, *up(3)) == FAILED, "it flies already"
+
+
+@pytest.mark.parametrize("mode", ["LOITER", "ALT_HOLD"])
+def test_a_takeoff_works_in_modes_that_hold_their_height_too(quad, mode):
+    quad.mode(mode)
+    quad.arm()
+    assert quad.command(TAKEOFF, *up(3)) == ACCEPTED
+    quad.run(12)
+    assert quad.autopilot.mode.name == mode
+    assert quad.where.down == pytest.approx(-3, abs=0.3)
+    assert quad.speed < 0.1
+
+
+def test_a_rover_does_not_take_off_and_does_not_land(rover):
+    rover.fly()
+    for sent_as in ("long", "int"):
+        assert rover.command(TAKEOFF, *up(3), sent_as=sent_as) == UNSUPPORTED
+        assert rover.command(LAND, sent_as=sent_as) == UNSUPPORTED
+
+
+@pytest.mark.parametrize("mode", ["LOITER", "BRAKE", "STABILIZE"])
+def test_a_change_of_mode_ends_a_takeoff(quad, mode):
+    quad.mode("GUIDED")
+    quad.arm()
+    quad.command(TAKEOFF, *up(20))
+    quad.run(3)
+    quad.mode(mode)
+    quad.run(8)
+    assert quad.autopilot.climb is None
+    assert -10 < quad.where.down < -1
+    assert quad.speed < 0.1
+
+
+def test_a_takeoff_through_the_ceiling_of_the_fence_does_what_the_fence_says(desk, texts):
+    fence = {"FENCE_ENABLE": 1, "FENCE_TYPE": 1, "FENCE_ALT_MAX": 6, "FENCE_ACTION": 1}
+    quad = desk("quadcopter", params=fence)
+    quad.mode("GUIDED")
+    quad.arm()
+    assert quad.command(TAKEOFF, *up(9)) == ACCEPTED
+    said = texts(quad.run(10))
+    assert any("Max Alt" in text for text in said)
+    assert quad.autopilot.mode.name == "RTL"
+
+
+def test_a_takeoff_beyond_a_fence_that_only_reports_ends_where_it_was_sent(desk):
+    fence = {"FENCE_ENABLE": 1, "FENCE_TYPE": 1, "FENCE_ALT_MAX": 5, "FENCE_ACTION": 0}
+    quad = desk("quadcopter", params=fence)
+    quad.fly(7)
+    quad.run(10)
+    assert quad.where.down == pytest.approx(-7, abs=0.2)
+
+
+def test_a_heading_asked_for_in_a_takeoff_is_taken_and_kept(quad):
+    quad.mode("GUIDED")
+    quad.arm()
+    quad.command(TAKEOFF, *up(12))
+    quad.run(1)
+    assert quad.command(mav.MAV_CMD_CONDITION_YAW, 90, 30, 1, 0) == ACCEPTED
+    quad.run(3.5)
+    assert quad.where.down > -11.5, "it still climbs"
+    assert abs(wrap_angle(quad.yaw - pi / 2)) < 0.2
+    quad.run(10)
+    assert abs(wrap_angle(quad.yaw - pi / 2)) < 0.05
+    assert quad.where.down == pytest.approx(-12, abs=0.1)
+
+
+# PX4
+
+
+def test_px4_takes_off_disarmed_then_armed_climbs_and_holds(desk, texts):
+    quad = desk("quadcopter", autopilot="px4", down=-5.0)
+    amsl = quad.autopilot.origin.alt_m + 5 + 4
+    assert quad.command(TAKEOFF, 0, 0, 0, nan, nan, nan, amsl) == ACCEPTED
+    assert quad.autopilot.mode.name == "TAKEOFF"
+    assert quad.run(1)
+    assert not quad.autopilot.in_air
+    assert quad.arm() == ACCEPTED
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_ON_GROUND
+    said = quad.run(1)
+    assert landed_state(quad) == mav.MAV_LANDED_STATE_TAKEOFF
+    said += quad.run(9)
+    assert quad.autopilot.mode.name == "HOLD"
+    assert quad.where.down == pytest.approx(-9, abs=0.05)
+    assert texts(said) == ["Armed by external command"]
+
+
+@pytest.mark.parametrize("below", [nan, 0.0, -20.0])
+def test_px4_takes_a_default_height_where_none_is_given(desk, below, texts):
+    quad = desk("quadcopter", autopilot="px4", params={"MIS_TAKEOFF_ALT": 3.5})
+    amsl = quad.autopilot.origin.alt_m + below
+    assert quad.arm() == ACCEPTED
+    assert quad.command(TAKEOFF, 0, 0, 0, 0, 0, 0, amsl) == ACCEPTED
+    assert "Using default takeoff altitude: 3.5 m" in texts(quad.run(8))
+    assert quad.where.down == pytest.approx(-3.5, abs=0.3)
+
+
+def test_px4_armed_in_hold_and_left_alone_disarms_again(desk, texts):
+    quad = desk("quadcopter", autopilot="px4")
+    assert quad.arm() == ACCEPTED
+    said = texts(quad.run(11))
+    assert said == ["Armed by external command", "Disarmed by auto preflight disarming"]
+
+
+def test_px4_offboard_is_entered_without_setpoints_but_not_armed(desk, texts):
+    quad = desk("quadcopter", autopilot="px4")
+    assert quad.mode("OFFBOARD") == ACCEPTED
+    assert quad.arm() == REJECTED
+    assert "Arming denied: Resolve system health failures first" in "".join(texts(quad.run(0.1)))
+    quad.stream(quad.target(POSITION, z=-3), 1.2)
+    assert quad.arm() == ACCEPTED
+
+
+def test_px4_in_the_air_does_not_enter_offboard_without_setpoints(desk, texts):
+    quad = desk("quadcopter", autopilot="px4")
+    quad.arm()
+    quad.command(TAKEOFF, *up(nan))
+    quad.run(6)
+    assert quad.mode("OFFBOARD") == REJECTED
+    assert quad.autopilot.mode.name == "HOLD"
+    assert any("OFFBOARD" in text for text in texts(quad.run(0.1)))
+    quad.stream(quad.target(POSITION, z=-3), 0.5)
+    assert quad.mode("OFFBOARD") == ACCEPTED
+
+
+def test_px4_targets_take_off(desk):
+    quad = desk("quadcopter", autopilot="px4")
+    quad.stream(quad.target(POSITION, z=-4), 0.5)
+    quad.mode("OFFBOARD")
+    assert quad.arm() == ACCEPTED
+    quad.stream(quad.target(POSITION, z=-4), 8)
+    assert quad.where.down == pytest.approx(-4, abs=0.2)
+
+
+def test_px4_stands_on_the_ground_while_the_target_is_there(desk):
+    quad = desk("quadcopter", autopilot="px4")
+    quad.stream(quad.target(POSITION), 0.5)
+    quad.mode("OFFBOARD")
+    quad.arm()
+    quad.stream(quad.target(POSITION), 5)
+    assert quad.where.down == pytest.approx(0, abs=0.05)
+
+
+def test_px4_without_setpoints_returns(desk, texts):
+    quad = desk("quadcopter", autopilot="px4")
+    quad.stream(quad.target(POSITION, z=-4), 0.5)
+    quad.mode("OFFBOARD")
+    quad.arm()
+    quad.stream(quad.target(POSITION, x=5, z=-4), 8)
+    said = texts(quad.run(0.8))
+    assert said == []
+    said = texts(quad.run(0.5))
+    assert "Failsafe activated" in said
+    assert quad.autopilot.mode.name == "RTL"
+
+
+def test_px4_keeps_the_last_target_until_the_failsafe_however_late_it_comes(desk):
+    quad = desk("quadcopter", autopilot="px4", params={"COM_OF_LOSS_T": 10.0})
+    quad.stream(quad.target(POSITION, z=-4), 0.5)
+    quad.mode("OFFBOARD")
+    quad.arm()
+    quad.stream(quad.target(POSITION, z=-4), 6)
+    quad.stream(quad.target(VELOCITY, vx=1.0), 2)
+    quad.run(6)
+    assert quad.where.v_north == pytest.approx(1.0, abs=0.15)
+
+
+def test_px4_does_not_count_invalid_setpoints_as_a_stream(desk, texts):
+    quad = desk("quadcopter", autopilot="px4")
+    quad.stream(quad.target(POSITION, z=-4), 0.5)
+    quad.mode("OFFBOARD")
+    quad.arm()
+    quad.stream(quad.target(POSITION, z=-4), 6)
+    said = texts(quad.stream(quad.target(0xFFF), 2))
+    assert "SET_POSITION_TARGET_LOCAL_NED invalid" in said
+    assert "Failsafe activated" in said
+    assert quad.autopilot.mode.name == "RTL"
 
 
 # Modes
 
 
+def custom_mode(desk, of):
+    return of(desk.run(1.1), "HEARTBEAT")[-1].custom_mode
+
+
 @pytest.mark.parametrize(
-    ("kind", "modes"), [("quadcopter", COPTER), ("rover", ROVER)], ids=["copter", "rover"]
+    ("kind", "modes", "boot"), [("quadcopter", COPTER, "STABILIZE"), ("rover", ROVER, "MANUAL")]
 )
-def test_mode_numbers_are_ardupilots(desk, kind, modes, texts):
+def test_mode_numbers_are_ardupilots(desk, kind, modes, boot, texts, of):
     vehicle = desk(kind)
-    for number in range(30):
+    assert custom_mode(vehicle, of) == modes[boot]
+    for number in range(40):
         vehicle.run(1.1)  # the same text is said once a second
         known = number in modes.values()
+        if number == ROVER["AUTO"] and kind == "rover":
+            continue  # needs a mission
         assert vehicle.command(SET_MODE, 1, number) == (ACCEPTED if known else FAILED)
         said = vehicle.run(0.01)
         if known:
-            assert vehicle.autopilot.identity.number(vehicle.autopilot.mode) == number
+            assert custom_mode(vehicle, of) == number
         else:
-            assert texts(said) == [f"No such mode {number}"]
-    names = {name: number for number, name in vehicle.autopilot.identity.modes.values()}
-    assert names == modes
+            (text,) = texts(said)
+            assert text == f"No such mode {number}" or text.endswith(" is not supported")
 
 
-def test_the_legacy_set_mode_message_is_obeyed_without_an_ack(quad):
+def test_a_mode_that_ardupilot_has_and_we_do_not_is_refused_by_name(quad, rover, texts):
+    for vehicle, number, name in ((quad, 7, "CIRCLE"), (quad, 21, "SMART_RTL"), (rover, 1, "ACRO")):
+        assert vehicle.command(SET_MODE, 1, number) == FAILED
+        assert f"Mode {name} is not supported" in texts(vehicle.run(0.01))
+
+
+@pytest.mark.parametrize(
+    ("kind", "modes"),
+    [
+        (
+            "quadcopter",
+            {
+                "ALTCTL": (2, 0),
+                "POSCTL": (3, 0),
+                "TAKEOFF": (4, 2),
+                "HOLD": (4, 3),
+                "MISSION": (4, 4),
+                "RTL": (4, 5),
+                "LAND": (4, 6),
+                "OFFBOARD": (6, 0),
+                "STABILIZED": (7, 0),
+            },
+        ),
+        (
+            "rover",
+            {
+                "MANUAL": (1, 0),
+                "POSCTL": (3, 0),
+                "HOLD": (4, 3),
+                "MISSION": (4, 4),
+                "RTL": (4, 5),
+                "OFFBOARD": (6, 0),
+            },
+        ),
+    ],
+)
+def test_mode_numbers_are_px4s(desk, kind, modes, texts, of):
+    vehicle = desk(kind, autopilot="px4")
+    assert custom_mode(vehicle, of) == 4 << 16 | 3 << 24, "boots in HOLD"
+    for main, sub in product(range(12), range(10)):
+        vehicle.run(1.1)
+        known = (main, sub) in modes.values()
+        result = vehicle.command(SET_MODE, 1, main, sub)
+        assert result == (ACCEPTED if known else REJECTED), (main, sub)
+        said = texts(vehicle.run(0.01))
+        if known:
+            assert custom_mode(vehicle, of) == main << 16 | sub << 24
+        else:
+            (text,) = said
+            assert text == "Unsupported main mode" or text.endswith(" is not supported")
+
+
+@pytest.mark.parametrize("value", [nan, inf, -1.0, 3e38, -3e38])
+@pytest.mark.parametrize("stack", STACKS)
+def test_absurd_modes_are_refused(desk, stack, value):
+    vehicle = desk("rover", autopilot=stack)
+    assert vehicle.command(SET_MODE, 1, value, value) in (DENIED, REFUSED[stack])
+    assert vehicle.command(SET_MODE, 1, 4, value) in (DENIED, REFUSED[stack], ACCEPTED)
+    assert vehicle.command(SET_MODE, value, 4, 3) in (DENIED, ACCEPTED)
+    vehicle.run(0.1)
+
+
+def test_the_legacy_set_mode_message_is_obeyed_without_an_ack(quad, of):
     assert quad.send(mav.MAVLink_set_mode_message(1, 1, COPTER["GUIDED"])) == []
-    assert heartbeats(quad.run(0.01))[-1].custom_mode == COPTER["GUIDED"]
+    assert of(quad.run(0.01), "HEARTBEAT")[-1].custom_mode == COPTER["GUIDED"]
 
 
-def test_a_mode_that_is_not_custom_is_unsupported(quad):
-    assert quad.command(SET_MODE, 0, COPTER["GUIDED"]) == mav.MAV_RESULT_UNSUPPORTED
-    assert quad.autopilot.mode.name == "LOITER"
+@pytest.mark.parametrize(("stack", "mode"), [("px4", 4 << 16 | 5 << 24), ("generic", 5)])
+def test_the_legacy_set_mode_message_is_acknowledged_by_others(desk, stack, mode, of):
+    quad = desk("quadcopter", autopilot=stack)
+    (ack,) = quad.send(mav.MAVLink_set_mode_message(1, 1, mode))
+    assert (ack.command, ack.result) == (SET_MODE, ACCEPTED)
+    assert of(quad.run(0.01), "HEARTBEAT")[-1].custom_mode == mode
+    (ack,) = quad.send(mav.MAVLink_set_mode_message(1, 1, 99))
+    assert (ack.command, ack.result) == (SET_MODE, REFUSED[stack])
 
 
-def test_a_change_of_mode_or_arming_is_in_a_heartbeat_at_once(quad):
+@pytest.mark.parametrize("stack", STACKS)
+def test_a_mode_that_is_not_custom_is_denied(desk, stack):
+    quad = desk("quadcopter", autopilot=stack)
+    before = quad.autopilot.mode
+    assert quad.command(SET_MODE, 0, COPTER["GUIDED"]) == DENIED
+    quad.send(mav.MAVLink_set_mode_message(1, 0, COPTER["GUIDED"]))
+    assert quad.autopilot.mode is before
+
+
+def test_the_commands_that_are_modes(desk):
+    for stack, loiter in (("ardupilot", "LOITER"), ("px4", "HOLD")):
+        quad = desk("quadcopter", autopilot=stack)
+        for command, name in ((LAND, "LAND"), (RTL, "RTL"), (LOITER, loiter)):
+            for sent_as in ("long", "int"):
+                assert quad.command(command, sent_as=sent_as) == ACCEPTED
+                assert quad.autopilot.mode.name == name
+    rover = desk("rover")
+    assert rover.command(RTL) == ACCEPTED
+    assert rover.autopilot.mode.name == "RTL"
+    assert rover.command(LOITER) == UNSUPPORTED, "ArduRover has no such command"
+
+
+def test_a_change_of_mode_or_arming_is_in_one_heartbeat_at_once(quad, of):
     quad.run(0.5)
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    (m,) = heartbeats(quad.run(0.01))
-    assert (m.custom_mode, m.base_mode) == (COPTER["GUIDED"], 1 | 8)
-    quad.command(ARM, 1)
-    (m,) = heartbeats(quad.run(0.01))
-    assert m.base_mode == 1 | 8 | 128
+    flags = CUSTOM | STABILIZED | STICKS
+    quad.mode("GUIDED")
+    (m,) = of(quad.run(0.01), "HEARTBEAT")
+    assert (m.custom_mode, m.base_mode) == (COPTER["GUIDED"], flags | GUIDED)
+    quad.arm()
+    (m,) = of(quad.run(0.01), "HEARTBEAT")
+    assert m.base_mode == flags | GUIDED | ARMED
     quad.command(ARM, 0)
-    (m,) = heartbeats(quad.run(0.01))
-    assert m.base_mode == 1 | 8
+    (m,) = of(quad.run(0.01), "HEARTBEAT")
+    assert m.base_mode == flags | GUIDED
+    quad.mode("STABILIZE")
+    (m,) = of(quad.run(0.01), "HEARTBEAT")
+    assert m.base_mode == flags
+    quad.mode("STABILIZE")
+    assert of(quad.run(0.01), "HEARTBEAT") == [], "nothing has changed"
+
+
+def test_a_mode_and_arming_at_once_are_one_heartbeat(quad, of):
+    quad.run(0.5)
+    quad.mode("GUIDED")
+    quad.arm()
+    (m,) = of(quad.run(0.01), "HEARTBEAT")
+    assert (m.custom_mode, m.base_mode & ARMED) == (COPTER["GUIDED"], ARMED)
+
+
+def test_a_rovers_flags_and_status_are_ardurovers(rover, of):
+    for mode, number in ROVER.items():
+        if mode == "AUTO":
+            continue
+        rover.mode(mode)
+        m = of(rover.run(1.1), "HEARTBEAT")[-1]
+        assert (m.type, m.autopilot, m.custom_mode) == (10, 3, number)
+        sticks = {"MANUAL": STICKS, "HOLD": 0}.get(mode, GUIDED)
+        assert m.base_mode == CUSTOM | sticks
+        active = mav.MAV_STATE_STANDBY if mode == "HOLD" else mav.MAV_STATE_ACTIVE
+        assert m.system_status == active
 
 
 def test_unspoken_links_hear_of_a_change_at_once_too(quad):
     quad.run(0.5)
     shy = quad.vehicle.converse()
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
+    quad.mode("GUIDED")
     quad.autopilot.say("not for the shy")
     quad.vehicle.step()
     data = quad.vehicle.report(shy, quad.vehicle.take_broadcasts())
@@ -290,240 +581,75 @@ def test_leaving_guided_stops_a_copter_and_forgets_its_target(quad, mode):
     quad.fly()
     quad.send(quad.target(POSITION, x=50, z=-3))
     quad.run(3)
-    assert speed(quad) > 0.5
-    quad.command(SET_MODE, 1, COPTER[mode])
+    assert quad.speed > 0.5
+    quad.mode(mode)
     quad.run(8)
-    assert speed(quad) < 0.1
+    assert quad.speed < 0.1
     stopped_at = quad.where.north
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
+    quad.mode("GUIDED")
     quad.run(5)
     assert quad.where.north == pytest.approx(stopped_at, abs=0.3)
 
 
-def test_a_return_climbs_flies_home_lands_and_disarms(quad):
+# Reboot
+
+
+def test_a_reboot_takes_up_what_needs_one_and_starts_time_anew(quad, of):
+    robot = quad.vehicle.robot
+    mass = robot._params.mass
+    quad.run(5)
+    name, kind = b"HERD_MASS", mav.MAV_PARAM_TYPE_REAL32
+    quad.send(mav.MAVLink_param_set_message(1, 1, name, mass * 1.2, kind))
+    assert quad.vehicle.robot._params.mass == mass, "not before a reboot"
+    assert quad.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == ACCEPTED
+    said = quad.run(2)
+    assert quad.vehicle.robot._params.mass == pytest.approx(mass * 1.2)
+    assert max(m.time_boot_ms for m in of(said, "ATTITUDE")) < 2100
+    quad.autopilot = quad.vehicle.autopilot
     quad.fly()
-    quad.send(quad.target(POSITION, x=6, y=-4, z=-3))
-    quad.run(15)
-    assert quad.command(RTL) == ACCEPTED
-    top, low_while_away = 0.0, inf
-    for _ in range(120):
-        quad.run(1)
-        k = quad.where
-        top = max(top, -k.down)
-        if hypot(k.north, k.east) > 5 and -k.down > 10:
-            low_while_away = min(low_while_away, -k.down)
-        if not quad.autopilot.armed:
-            break
-    assert top == pytest.approx(RTL_ALTITUDE, abs=0.5)
+
+
+def test_a_reboot_keeps_links_place_parameters_and_missions(desk, of):
+    rover = desk("rover")
+    rover.fly()
+    rover.stream(rover.target(VELOCITY, vx=1.0), 3)
+    rover.command(ARM, 0)
+    rover.run(3)
+    place = rover.where[:3]
+    rover.send(mav.MAVLink_param_set_message(1, 1, b"WP_RADIUS", 1.5, 9))
+    other = rover.vehicle.converse(spoken=True)
+    assert rover.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == ACCEPTED
+    rover.run(1)
+    assert rover.where[:3] == place
+    assert rover.vehicle.settings.waypoint_radius == 1.5
+    assert rover.vehicle.autopilot.mode.name == "MANUAL", "as after any boot"
+    assert not rover.vehicle.autopilot.armed
+    rover.link = other
+    assert of(rover.run(1.1), "HEARTBEAT")
+    assert rover.command(SET_MODE, 1, ROVER["HOLD"]) == ACCEPTED
+
+
+def test_a_reboot_is_refused_while_armed_and_for_anything_but_1(quad, texts):
+    reboot = mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
+    for value in (0, 2, 3, nan, inf, 0.5):
+        assert quad.command(reboot, value) == UNSUPPORTED
+    quad.arm()
+    quad.run(1)
+    assert quad.command(reboot, 1) == FAILED
+    assert any("armed" in text for text in texts(quad.run(0.1)))
+    assert quad.vehicle.boots == 0
+    assert quad.autopilot.armed
+
+
+def test_terminating_a_flight_stops_the_motors(quad):
+    quad.fly()
+    for value in (0, 0.4, nan):
+        assert quad.command(mav.MAV_CMD_DO_FLIGHTTERMINATION, value) == DENIED
+        assert quad.autopilot.armed
+    assert quad.command(mav.MAV_CMD_DO_FLIGHTTERMINATION, 1) == ACCEPTED
     assert not quad.autopilot.armed
-    assert quad.where[:3] == pytest.approx((0, 0, 0), abs=0.3)
-    assert quad.autopilot.mode.name == "LAND"
-
-
-def test_a_return_from_above_does_not_come_down_first(quad):
-    quad.fly(20)
-    quad.send(quad.target(POSITION, x=5, z=-20))
-    quad.run(12)
-    quad.command(RTL)
-    for _ in range(40):
-        quad.run(0.25)
-        if hypot(quad.where.north, quad.where.east) > 0.5:
-            assert -quad.where.down > 19
-
-
-def test_a_rover_returns_home_and_stops(rover):
-    rover.fly()
-    rover.send(rover.target(POSITION, x=4, y=3))
-    rover.run(20)
-    assert hypot(rover.where.north - 4, rover.where.east - 3) < 0.3
-    assert rover.command(RTL) == ACCEPTED
-    rover.run(25)
-    assert hypot(rover.where.north, rover.where.east) < 0.3
-    assert rover.autopilot.mode.name == "HOLD"
-    assert rover.autopilot.armed
-    assert speed(rover) < 0.01
-
-
-def test_a_return_on_the_ground_stays_there(quad):
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    quad.command(ARM, 1)
-    quad.command(RTL)
-    quad.run(DISARM_DELAY + 1)
-    assert quad.where[:3] == (0, 0, 0)
-    assert not quad.autopilot.armed
-
-
-# Setpoints
-
-
-def test_setpoints_are_heard_in_guided_only(quad):
-    quad.fly()
-    quad.command(SET_MODE, 1, COPTER["LOITER"])
-    quad.run(3)
-    k = quad.where
-    out = stream(quad, quad.target(POSITION, x=20, z=-3), 3)
-    assert hypot(quad.where.north - k.north, quad.where.east - k.east) < 0.2
-    assert echoes(out) == []
-
-
-def test_setpoints_do_not_lift_a_copter_from_the_ground(quad):
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    quad.command(ARM, 1)
-    stream(quad, quad.target(POSITION, z=-5), 3)
-    assert not quad.autopilot.in_air
-    assert not any(quad.vehicle.robot.actuators())
-
-
-def test_setpoints_do_not_move_a_disarmed_rover(rover):
-    rover.command(SET_MODE, 1, ROVER["GUIDED"])
-    stream(rover, rover.target(VELOCITY, vx=1.0), 3)
-    assert rover.where[:2] == (0, 0)
-
-
-def test_one_position_target_is_enough(quad, texts):
-    quad.fly()
-    quad.send(quad.target(POSITION_YAW, x=6, y=2, z=-4, yaw=radians(90)))
-    said = quad.run(15)
-    assert quad.where[:3] == pytest.approx((6, 2, -4), abs=0.15)
-    assert wrap_angle(yaw_of(quad.where[6:10]) - pi / 2) == pytest.approx(0, abs=0.05)
-    assert texts(said) == []
-
-
-def test_one_position_target_is_not_enough_without_latching(desk, texts):
-    quad = desk("quadcopter", latch_position=False, params={"GUID_TIMEOUT": 0.5})
-    quad.fly()
-    quad.send(quad.target(POSITION, x=50, z=-3))
-    said = quad.run(8)
-    assert quad.where.north < 10
-    assert speed(quad) < 0.1
-    assert texts(said) == ["Target not received, stopping"]
-    assert quad.autopilot.mode.name == "GUIDED"
-    stream(quad, quad.target(POSITION, x=quad.where.north + 3, z=-3), 1, every=0.4)
-    assert speed(quad) > 0.3
-
-
-@pytest.mark.parametrize("timeout", [0.5, 3.0])
-def test_a_velocity_expires_after_the_timeout(desk, timeout, texts):
-    rover = desk("rover", params={"GUID_TIMEOUT": timeout})
-    rover.fly()
-    said = stream(rover, rover.target(VELOCITY, vx=1.0), 4)
-    assert texts(said)[1:] == []
-    assert speed(rover) == pytest.approx(1.0, abs=0.1)
-    said = rover.run(timeout - 0.15)
-    assert texts(said) == []
-    assert speed(rover) == pytest.approx(1.0, abs=0.1)
-    said = rover.run(5)
-    assert texts(said) == ["Target not received, stopping"]
-    assert speed(rover) < 0.02
-    assert rover.autopilot.armed
-    assert rover.autopilot.mode.name == "GUIDED"
-
-
-def test_a_velocity_beside_a_latched_position_expires_and_the_position_stays(quad, texts):
-    quad.fly()
-    quad.send(quad.target(0xDC0, x=3, z=-3, vx=0.3))
-    said = quad.run(15)
-    assert texts(said) == ["Target not received, stopping"]
-    assert quad.where.north == pytest.approx(3, abs=0.15)
-
-
-def test_a_velocity_is_flown(quad):
-    quad.fly()
-    stream(quad, quad.target(VELOCITY, vx=1.0, vy=-0.5), 5)
-    assert (quad.where.v_north, quad.where.v_east) == pytest.approx((1.0, -0.5), abs=0.15)
-
-
-def test_a_rover_turns_on_the_spot_with_the_sign_of_ned(rover):
-    rover.fly()
-    stream(rover, rover.target(0x5FF, yaw_rate=0.4), 3)
-    assert 0.3 < rover.where.yaw_rate < 0.5
-    assert 0.5 < yaw_of(rover.where[6:10]) < 1.6
-    assert hypot(rover.where.north, rover.where.east) < 0.2
-
-
-def test_a_rover_with_speed_and_turn_rate_drives_a_circle(rover):
-    rover.fly()
-    message = rover.target(VELOCITY_TURN, frame=8, vx=0.5, yaw_rate=0.5)
-    stream(rover, message, 2)
-    far = 0.0
-    for _ in range(13):
-        stream(rover, message, 1)
-        far = max(far, hypot(rover.where.north, rover.where.east))
-    assert 1.0 < far < 3.5  # a circle of radius v / w = 1 m, not a straight line of 7 m
-
-
-def test_a_setpoint_overrides_a_takeoff(quad):
-    quad.command(SET_MODE, 1, COPTER["GUIDED"])
-    quad.command(ARM, 1)
-    quad.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 20)
-    quad.run(3)
-    assert quad.autopilot.in_air
-    quad.send(quad.target(POSITION, z=-3))
-    quad.run(10)
-    assert quad.where.down == pytest.approx(-3, abs=0.15)
-
-
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-@pytest.mark.parametrize(
-    "bad", [{"vx": nan}, {"vx": inf}, {"vx": 5000.0}, {"frame": 12}, {"mask": 0xFFF}]
-)
-def test_an_illegal_target_stops_the_vehicle_and_is_said_once_a_second(desk, kind, bad, texts):
-    vehicle = desk(kind)
-    vehicle.fly()
-    stream(vehicle, vehicle.target(VELOCITY, vx=1.0), 3)
-    assert speed(vehicle) > 0.8
-    fields = {"mask": VELOCITY, "vx": 1.0, **bad}
-    illegal = vehicle.target(**fields)
-    said = texts(stream(vehicle, illegal, 5))
-    assert speed(vehicle) < 0.1
-    assert vehicle.autopilot.armed
-    refusals = [t for t in said if t.startswith("Target refused: ")]
-    assert said == refusals, "each in one message"
-    assert 4 <= len(refusals) <= 6
-
-
-def test_a_flood_of_different_illegal_targets_is_said_once_a_second(quad, texts):
-    quad.fly()
-    said = []
-    for i in range(300):
-        quad.send(quad.target(VELOCITY, vx=2000.0 + i))
-        said += texts(quad.run(0.01))
-    refusals = [t for t in said if t.startswith("Target refused")]
-    assert 2 <= len(refusals) <= 4
-
-
-def test_the_target_is_echoed_with_its_type_mask(quad):
-    quad.fly()
-    out = stream(quad, quad.target(0xDC0, x=3, y=1, z=-3, vx=0.2), 2)
-    m = echoes(out)[-1]
-    assert (m.type_mask, m.coordinate_frame) == (0xDC0, 1)
-    assert (m.x, m.y, m.z, m.vx) == pytest.approx((3, 1, -3, 0.2))
-
-
-def test_the_echo_is_in_local_ned_whatever_was_asked(rover):
-    rover.fly()
-    stream(rover, rover.target(VELOCITY, vx=1.0), 2)
-    k = rover.where
-    yaw = yaw_of(k[6:10])
-    rover.send(rover.target(POSITION, frame=9, x=10.0))
-    m = echoes(rover.run(1))[-1]
-    assert (m.x, m.y) == pytest.approx((k.north + 10 * cos(yaw), k.east + 10 * sin(yaw)), abs=0.01)
-
-
-def test_the_echo_of_an_idle_vehicle_does_not_invent_a_place(rover):
-    rover.command(SET_MODE, 1, ROVER["GUIDED"])
-    rover.send(rover.target(POSITION, x=7, y=1))
-    m = echoes(rover.run(1))[-1]
-    assert (m.x, m.y) == (7, 1)
-
-
-def test_there_is_no_echo_outside_guided_or_without_a_target(quad):
-    assert echoes(quad.run(1)) == []
-    quad.fly()
-    quad.send(quad.target(POSITION, z=-3))
-    assert len(echoes(quad.run(1))) >= 3
-    quad.command(SET_MODE, 1, COPTER["LOITER"])
-    assert echoes(quad.run(1)) == []
+    quad.run(0.5)
+    assert quad.where.v_down > 3
 
 
 def test_long_texts_arrive_whole(quad, texts):

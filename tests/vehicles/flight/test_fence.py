@@ -148,11 +148,51 @@ def test_far_outside_it_lands_rather_than_returns(quad):
 def test_a_rover_returns_or_holds(desk, texts):
     for action, leads_to in ((1, 11), (2, 4)):
         rover = desk("rover")
-        put(rover, FENCE_ENABLE=1, FENCE_RADIUS=5, FENCE_ACTION=action)
+        put(rover, FENCE_ENABLE=1, FENCE_RADIUS=5, FENCE_ACTION=action, AVOID_ENABLE=0)
         rover.fly()
         said = texts(push(rover, 8, vx=1.0))
         assert "Circle fence breached" in said
         assert mode(rover) == leads_to
+
+
+def drive_out(rover, how):
+    """Stream something that leads north for 20 s."""
+    out = []
+    for _ in range(40):
+        if how == "thrust":
+            rover.send(
+                mav.MAVLink_set_attitude_target_message(0, 1, 1, 7, [1, 0, 0, 0], 0, 0, 0, 1)
+            )
+        elif how == "turn":
+            rover.send(rover.target(0x5C7, vx=2.0))
+        else:
+            rover.send(rover.target(VELOCITY, vx=2.0))
+        out += rover.run(0.5)
+    return out
+
+
+@pytest.mark.parametrize("how", ["velocity", "turn", "thrust"])
+@pytest.mark.parametrize("shape", ["circle", "polygon"])
+def test_a_rover_in_guided_stops_before_the_fence(rover, texts, how, shape):
+    put(rover, FENCE_ENABLE=1, FENCE_RADIUS=12 if shape == "circle" else 500)
+    if shape == "polygon":
+        upload(rover, square(rover, INCLUSION, 12))
+    rover.fly()
+    said = texts(drive_out(rover, how))
+    assert not any("breached" in text for text in said)
+    assert rover.where.north == pytest.approx(10, abs=0.1), "less FENCE_MARGIN"
+    assert mode(rover) == 15
+    rover.send(rover.target(VELOCITY, vx=-1.0))
+    rover.run(2.9)
+    assert rover.where.north < 9, "the way back is free"
+
+
+def test_a_rover_that_is_outside_already_is_let_alone(rover):
+    put(rover, FENCE_ENABLE=1, FENCE_RADIUS=5, FENCE_ACTION=0)
+    rover.fly()
+    rover.autopilot.set_home(Vec3(-20.0, 0.0, 0.0))
+    push(rover, 3, vx=1.0)
+    assert rover.where.north > 1
 
 
 def test_a_rover_has_no_ceiling(rover):

@@ -249,6 +249,11 @@ def test_a_rover_is_driven_by_hand(rover):
     assert hold(rover, 2, y=-525, z=0)[-1].yaw_rate == pytest.approx(-1.0, abs=0.02)
 
 
+def test_a_rover_that_backs_steers_as_a_car_does(rover):
+    arm(rover, MANUAL)
+    assert hold(rover, 2, y=525, z=-525)[-1].yaw_rate == pytest.approx(-1.0, abs=0.02)
+
+
 def test_a_rovers_full_throttle_is_its_cruise_speed(rover):
     arm(rover, MANUAL)
     rover.autopilot.settings.cruise_speed = 0.6

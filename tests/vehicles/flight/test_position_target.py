@@ -1,14 +1,25 @@
-"""Every SET_POSITION_TARGET is a setpoint with the parts it names, or a reason to hold."""
+"""Every SET_POSITION_TARGET is a setpoint with the parts it names, or a reason not to follow it.
 
-from math import cos, inf, isclose, nan, pi, sin
+The rules are each flight stack's own (mavlink.md A3, B2.4).
+"""
+
+from itertools import product
+from math import cos, hypot, inf, isclose, nan, pi, sin
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavherd.transport.frames import Origin
+from mavherd.transport.frames import Origin, wrap_angle, yaw_of
 from mavherd.transport.mavlink import Codec, mav
-from mavherd.vehicles.flight.position_target import Here, IllegalTarget, PositionTarget, parse
+from mavherd.vehicles.flight import position_target
+from mavherd.vehicles.flight.position_target import (
+    Here,
+    IllegalTarget,
+    PositionTarget,
+    rules_of,
+    to_place,
+)
 from mavherd.vehicles.robot import Setpoint, Vec3
 
 ORIGIN = Origin()
@@ -17,10 +28,18 @@ HERE = Here(position=Vec3(10.0, -20.0, -5.0), yaw=0.7, home_down=-1.0, origin=OR
 POSITION, VELOCITY, ACCELERATION = (1, 2, 4), (8, 16, 32), (64, 128, 256)
 FORCE, YAW, YAW_RATE = 512, 1024, 2048
 EVERYTHING_IGNORED = 0xDFF
+KINDS = ("quadcopter", "rover")
+STACKS = ("ardupilot", "px4", "generic")
+EVERY_VEHICLE = tuple(product(STACKS, KINDS))
 
 LOCAL, OFFSET, BODY, BODY_OFFSET = 1, 7, 8, 9
 LOCAL_FRAMES = (LOCAL, OFFSET, BODY, BODY_OFFSET)
 AMSL, ABOVE_HOME = (0, 5), (3, 6, 10, 11)
+FRAMES_OF = {
+    "ardupilot": (LOCAL_FRAMES, AMSL + ABOVE_HOME),
+    "px4": ((LOCAL, BODY), (0, 5, 3, 6)),
+    "generic": (LOCAL_FRAMES, AMSL + ABOVE_HOME),
+}
 FIELDS = ("x", "y", "z", "vx", "vy", "vz", "afx", "afy", "afz", "yaw", "yaw_rate")
 SAMPLE = dict(zip(FIELDS, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6, 0.07, 0.08, 0.09, 0.3, -0.2), strict=True))
 
@@ -40,58 +59,145 @@ def world(mask, frame=0, lat=47.3977, lon=8.5456, alt=500.0, **fields):
     )  # fmt: skip
 
 
-def given_parts(mask: int, kind: str) -> set[str]:
+def parse(message, kind, here=HERE, stack="generic"):
+    return position_target.parse(message, rules_of(stack, kind), here)
+
+
+TRIPLES = {"position": POSITION, "velocity": VELOCITY, "acceleration": ACCELERATION}
+
+
+def named_parts(mask: int) -> set[str]:
     """What a `type_mask` gives, said bit by bit: any ignore bit of a triple ignores it whole."""
-    triples = {"position": POSITION, "velocity": VELOCITY, "acceleration": ACCELERATION}
-    parts = {name for name, bits in triples.items() if not any(mask & bit for bit in bits)}
-    if kind == "rover":
-        parts.discard("acceleration")
+    parts = {name for name, bits in TRIPLES.items() if not any(mask & bit for bit in bits)}
     return parts | {n for n, bit in (("yaw", YAW), ("yaw_rate", YAW_RATE)) if not mask & bit}
+
+
+def given_parts(mask: int, kind: str, stack: str = "generic") -> set[str]:
+    """What a vehicle follows of a message with this `type_mask`; nothing: it refuses it."""
+    parts = named_parts(mask)
+    motion, turn = parts & set(TRIPLES), parts - set(TRIPLES)
+    pushed = bool(mask & FORCE) and "acceleration" in parts
+    match stack, kind:
+        case "ardupilot", "quadcopter":
+            with_velocity = "velocity" in motion
+            legal = with_velocity or motion in ({"position"}, {"acceleration"})
+            return parts if legal and not pushed else set()
+        case "ardupilot", "rover":
+            if "acceleration" in motion:
+                return set()
+            one_at_most = len(turn) <= 1 and len(parts) >= 1
+            return parts if "position" in motion or one_at_most else set()
+        case "px4", _:
+            follows = parts if kind == "quadcopter" else parts - {"acceleration"}
+            return follows if follows & set(TRIPLES) and not pushed else set()
+    return set() if pushed else parts if kind == "quadcopter" else parts - {"acceleration"}
 
 
 def parts_of(setpoint: Setpoint) -> set[str]:
     return {name for name, value in setpoint._asdict().items() if value is not None}
 
 
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-@pytest.mark.parametrize(
-    ("make", "frame"),
-    [(local, f) for f in LOCAL_FRAMES] + [(world, f) for f in AMSL + ABOVE_HOME],
-)
-def test_every_type_mask_sets_the_parts_it_names_or_holds(make, frame, kind):
-    fields = SAMPLE if make is local else {f: SAMPLE[f] for f in FIELDS[3:]}
-    for mask in range(4096):
-        message = make(mask, frame, **fields)
-        expected = set() if mask & FORCE else given_parts(mask, kind)
-        if expected:
-            target = parse(message, kind, HERE)
-            assert parts_of(target.setpoint) == expected, hex(mask)
-            assert target.type_mask == mask
-        else:
-            with pytest.raises(IllegalTarget):
-                parse(message, kind, HERE)
+def mask_of(parts: set[str]) -> int:
+    bits = {n: sum(b) for n, b in TRIPLES.items()} | {"yaw": YAW, "yaw_rate": YAW_RATE}
+    return sum(b for name, b in bits.items() if name not in parts)
+
+
+@pytest.mark.parametrize(("stack", "kind"), EVERY_VEHICLE)
+def test_every_type_mask_sets_the_parts_it_names_or_is_refused(stack, kind):
+    for make, frames in zip((local, world), FRAMES_OF[stack], strict=True):
+        fields = SAMPLE if make is local else {f: SAMPLE[f] for f in FIELDS[3:]}
+        for frame, mask in product(frames, range(4096)):
+            message = make(mask, frame, **fields)
+            expected = given_parts(mask, kind, stack)
+            if expected:
+                target = parse(message, kind, stack=stack)
+                assert parts_of(target.setpoint) == expected, hex(mask)
+                assert target.type_mask == mask_of(expected), "it says what is followed"
+            else:
+                with pytest.raises(IllegalTarget):
+                    parse(message, kind, stack=stack)
+
+
+@pytest.mark.parametrize("stack", STACKS)
+@pytest.mark.parametrize("make", [local, world])
+def test_every_other_frame_is_refused_whatever_the_mask(make, stack):
+    known = FRAMES_OF[stack][make is world]
+    for frame in set(range(256)) - set(known):
+        for mask in range(0, 4096, 37):
+            with pytest.raises(IllegalTarget, match="frame"):
+                parse(make(mask, frame), "quadcopter", stack=stack)
+
+
+# What becomes of those that are refused
+
+
+def refusal(message, kind, stack):
+    with pytest.raises(IllegalTarget) as caught:
+        parse(message, kind, stack=stack)
+    return caught.value
+
+
+WRONG = {"frame": local(0xDF8, 2), "mask": local(0xFFF)}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize(("stack", "kind"), EVERY_VEHICLE)
+def test_a_target_that_says_nothing_stops_a_copter_and_leaves_ardurover_and_px4_alone(
+    wrong, stack, kind
+):
+    drops = stack == "px4" or (stack, kind) == ("ardupilot", "rover")
+    assert refusal(WRONG[wrong], kind, stack).drops is drops
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_ardupilot_says_nothing_about_a_target_with_nothing_in_it(kind):
+    assert refusal(local(0xFFF), kind, "ardupilot").text == ""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_px4_names_the_message_that_it_does_not_take(kind):
+    nothing, frame = (refusal(WRONG[w], kind, "px4") for w in ("mask", "frame"))
+    assert nothing.text == "SET_POSITION_TARGET_LOCAL_NED invalid"
+    assert frame.text == "SET_POSITION_TARGET_LOCAL_NED coordinate frame 2 unsupported"
+    assert nothing.severity == frame.severity == mav.MAV_SEVERITY_CRITICAL
+    terrain = refusal(world(0xDF8, 10), kind, "px4")
+    assert terrain.text == "SET_POSITION_TARGET_GLOBAL_INT coordinate frame 10 unsupported"
 
 
 @pytest.mark.parametrize("make", [local, world])
-def test_every_other_frame_is_refused_whatever_the_mask(make):
-    known = LOCAL_FRAMES if make is local else AMSL + ABOVE_HOME
-    for frame in set(range(256)) - set(known):
-        for mask in range(0, 4096, 37):
-            with pytest.raises(IllegalTarget, match=r"frame|force"):
-                parse(make(mask, frame), "quadcopter", HERE)
+@pytest.mark.parametrize("mask", [0xC3F, 0xC00, 0xC07, 0xE3F, 0x000])
+def test_ardurover_ignores_whatever_has_an_acceleration_and_says_so(mask, make):
+    told = refusal(make(mask), "rover", "ardupilot")
+    name = make(mask).get_type()
+    assert (told.text, told.drops) == (f"Ignoring {name}; set ACC_IGNORE in mask", True)
+    assert told.severity == mav.MAV_SEVERITY_INFO
+
+
+@pytest.mark.parametrize(("stack", "kind"), EVERY_VEHICLE)
+@pytest.mark.parametrize("bad", [nan, inf, 1e30])
+def test_an_absurd_value_stops_every_vehicle_and_is_named(stack, kind, bad):
+    told = refusal(local(0xDC7, vx=bad), kind, stack)
+    assert not told.drops
+    assert told.text.startswith("Target refused: velocity")
+
+
+@pytest.mark.parametrize("stack", STACKS)
+def test_a_force_bit_without_an_acceleration_means_nothing(stack):
+    target = parse(local(FORCE | 0xDF8, x=1.0), "quadcopter", stack=stack)
+    assert target.setpoint == Setpoint(position=Vec3(1, 0, 0))
 
 
 # Values
 
 
 def test_the_local_frame_is_taken_as_it_is():
-    s = parse(local(0, **SAMPLE), "quadcopter", HERE).setpoint
+    s = parse(local(0, **SAMPLE), "quadcopter").setpoint
     assert s[:3] == (Vec3(1, 2, 3), Vec3(0.4, 0.5, 0.6), Vec3(0.07, 0.08, 0.09))
     assert s[3:] == pytest.approx((0.3, -0.2))
 
 
 def test_an_offset_counts_from_here_along_the_compass():
-    s = parse(local(0, OFFSET, **SAMPLE), "quadcopter", HERE).setpoint
+    s = parse(local(0, OFFSET, **SAMPLE), "quadcopter").setpoint
     assert s.position == Vec3(11.0, -18.0, -2.0)
     assert s.velocity == Vec3(0.4, 0.5, 0.6)
     assert s.yaw == pytest.approx(0.3)
@@ -144,8 +250,8 @@ def test_global_and_local_targets_agree(north, east, up, lon):
 )
 def test_no_such_place_or_the_other_side_of_the_earth_is_refused(lat, lon):
     with pytest.raises(IllegalTarget, match=r"place|out of range"):
-        parse(world(0xDF8, 0, lat, lon), "quadcopter", HERE)
-    assert parse(world(0xDC7, 0, lat, lon, vx=1.0), "quadcopter", HERE).setpoint.velocity
+        parse(world(0xDF8, 0, lat, lon), "quadcopter")
+    assert parse(world(0xDC7, 0, lat, lon, vx=1.0), "quadcopter").setpoint.velocity
 
 
 # Fields that no one should have sent
@@ -167,33 +273,33 @@ def test_absurd_values_are_refused_where_used_and_harmless_where_not(bad, kind):
         message = local(mask, LOCAL, **{**SAMPLE, name: bad})
         if name in used_by(mask, kind):
             with pytest.raises(IllegalTarget, match="out of range"):
-                parse(message, kind, HERE)
+                parse(message, kind)
         else:
-            clean = parse(local(mask, LOCAL, **SAMPLE), kind, HERE)
-            assert parse(message, kind, HERE).setpoint == clean.setpoint
+            clean = parse(local(mask, LOCAL, **SAMPLE), kind)
+            assert parse(message, kind).setpoint == clean.setpoint
 
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_each_field_is_checked(name):
     for frame in LOCAL_FRAMES:
         with pytest.raises(IllegalTarget):
-            parse(local(0, frame, **{**SAMPLE, name: nan}), "quadcopter", HERE)
+            parse(local(0, frame, **{**SAMPLE, name: nan}), "quadcopter")
     if name not in "xyz":
         with pytest.raises(IllegalTarget):
-            parse(world(0, **{name: inf}), "quadcopter", HERE)
+            parse(world(0, **{name: inf}), "quadcopter")
 
 
 def test_altitude_is_checked():
     for frame in AMSL + ABOVE_HOME:
         for alt in (nan, inf, -3e38):
             with pytest.raises(IllegalTarget):
-                parse(world(0, frame, alt=alt), "quadcopter", HERE)
+                parse(world(0, frame, alt=alt), "quadcopter")
 
 
 def test_speeds_beyond_1000_are_refused():
-    assert parse(local(0xDC7, vx=999.0), "quadcopter", HERE)
+    assert parse(local(0xDC7, vx=999.0), "quadcopter")
     with pytest.raises(IllegalTarget, match="velocity"):
-        parse(local(0xDC7, vx=1001.0), "quadcopter", HERE)
+        parse(local(0xDC7, vx=1001.0), "quadcopter")
 
 
 ANY_FLOAT = st.floats(width=32)
@@ -219,11 +325,12 @@ ANY_WORLD = st.builds(
 )
 
 
-@given(st.one_of(ANY_LOCAL, ANY_WORLD), st.sampled_from(["quadcopter", "rover"]))
-def test_whatever_the_wire_can_carry_is_a_finite_setpoint_or_a_reason(message, kind):
+@given(st.one_of(ANY_LOCAL, ANY_WORLD), st.sampled_from(EVERY_VEHICLE))
+def test_whatever_the_wire_can_carry_is_a_finite_setpoint_or_a_reason(message, vehicle):
     (message,) = Codec(1).decode(Codec(255).encode([message]))
+    stack, kind = vehicle
     try:
-        target = parse(message, kind, HERE)
+        target = parse(message, kind, stack=stack)
     except IllegalTarget:
         return
     for part in target.at(0.3):
@@ -235,26 +342,74 @@ def test_whatever_the_wire_can_carry_is_a_finite_setpoint_or_a_reason(message, k
 
 
 def test_a_rover_with_speed_and_turn_rate_goes_where_it_looks_now():
-    target = parse(local(0x5C7, BODY, vx=0.5, yaw_rate=0.2), "rover", HERE)
+    target = parse(local(0x5C7, BODY, vx=0.5, yaw_rate=0.2), "rover")
     for yaw in (0.0, 1.0, -2.0):
         v = target.at(yaw).velocity
         assert v == pytest.approx((0.5 * cos(yaw), 0.5 * sin(yaw), 0.0))
 
 
-def test_a_rover_reverses_on_a_negative_body_speed():
-    target = parse(local(0x5C7, BODY, vx=-0.5, yaw_rate=0.2), "rover", HERE)
-    assert target.at(0.0).velocity == pytest.approx((-0.5, 0.0, 0.0))
+@pytest.mark.parametrize("stack", STACKS)
+@pytest.mark.parametrize(("mask", "turn"), [(0x5C7, {"yaw_rate": 0.2}), (0x9C7, {"yaw": 2.0})])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_rover_that_turns_takes_the_speed_along_its_nose_and_reverses_on_a_negative_vx(
+    stack, mask, turn, sign
+):
+    for frame in FRAMES_OF[stack][0]:
+        target = parse(local(mask, frame, vx=sign * 0.3, vy=0.4, **turn), "rover", stack=stack)
+        for yaw in (0.0, 1.0, -2.0):
+            expected = (sign * 0.5 * cos(yaw), sign * 0.5 * sin(yaw), 0.0)
+            assert target.at(yaw).velocity == pytest.approx(expected)
+    target = parse(world(mask, vx=sign * 0.5, **turn), "rover", stack=stack)
+    assert target.at(0.0).velocity == pytest.approx((sign * 0.5, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("stack", STACKS)
+def test_a_velocity_alone_is_a_course_fixed_when_it_came(stack):
+    target = parse(local(0xDC7, BODY, vx=-0.6, vy=0.8), "rover", stack=stack)
+    for yaw in (0.0, 1.0, -2.0):
+        v = target.at(yaw).velocity
+        assert hypot(v.north, v.east) == pytest.approx(1.0)
+        assert v.north == pytest.approx(-0.6 * cos(HERE.yaw) - 0.8 * sin(HERE.yaw))
 
 
 def test_only_a_rover_without_position_drives_by_its_own_heading():
     both = {"vx": 0.5, "yaw_rate": 0.2}
-    assert parse(local(0x5C7, BODY, **both), "quadcopter", HERE).forward_speed is None
-    assert parse(local(0x5C0, LOCAL, **both), "rover", HERE).forward_speed is None
-    assert parse(local(0xDC7, LOCAL, vx=0.5), "rover", HERE).forward_speed is None
+    assert parse(local(0x5C7, BODY, **both), "quadcopter").forward_speed is None
+    assert parse(local(0x5C0, LOCAL, **both), "rover").forward_speed is None
+    assert parse(local(0xDC7, LOCAL, vx=0.5), "rover").forward_speed is None
 
 
 def test_what_outlives_the_time_out_is_position_and_yaw():
-    kept = parse(local(0, **{**SAMPLE, "yaw": 0.0}), "quadcopter", HERE).expired()
+    kept = parse(local(0, **{**SAMPLE, "yaw": 0.0}), "quadcopter").expired()
     assert kept == PositionTarget(Setpoint(position=Vec3(1, 2, 3), yaw=0.0), 0x9F8)
-    assert parse(local(0xDC7, vx=1.0), "quadcopter", HERE).expired() is None
-    assert parse(local(0x9FF, yaw=1.0), "quadcopter", HERE).expired() is None
+    assert parse(local(0xDC7, vx=1.0), "quadcopter").expired() is None
+    assert parse(local(0x9FF, yaw=1.0), "quadcopter").expired() is None
+
+
+def test_a_place_alone_does_not_change_when_it_expires():
+    for yaw in (None, 0.0, 1.0):
+        place = to_place(Vec3(1, 2, -3), yaw)
+        assert place.type_mask == (0xDF8 if yaw is None else 0x9F8)
+        assert place.expired() == place
+
+
+# NAV_SET_YAW_SPEED
+
+
+def test_a_rover_takes_a_heading_and_a_speed_as_a_command(rover):
+    rover.fly()
+    assert rover.command(mav.MAV_CMD_NAV_SET_YAW_SPEED, 90, 0.8) == 0
+    rover.run(2.9)
+    assert yaw_of(rover.where[6:10]) == pytest.approx(pi / 2, abs=0.05)
+    assert rover.where.v_east == pytest.approx(0.8, abs=0.05)
+    assert rover.command(mav.MAV_CMD_NAV_SET_YAW_SPEED, 90, -0.5, 1) == 0
+    rover.run(2.9)
+    assert abs(wrap_angle(yaw_of(rover.where[6:10]) - pi)) < 0.05, "relative to its heading"
+    assert rover.where.v_north == pytest.approx(0.5, abs=0.05), "backwards"
+    rover.run(3)
+    assert abs(rover.where.v_north) < 0.01, "expired"
+
+
+def test_a_heading_and_speed_need_guided_and_a_rover(rover, quad):
+    assert rover.command(mav.MAV_CMD_NAV_SET_YAW_SPEED, 90, 0.8) == 4
+    assert quad.command(mav.MAV_CMD_NAV_SET_YAW_SPEED, 90, 0.8) == 3

@@ -45,7 +45,3 @@ def test_a_ping_comes_back_to_its_sender():
 def test_ardupilot_does_not_answer_pings():
     service = ClockService(lambda: 1, answers_ping=False)
     assert answers(service, mav.MAVLink_ping_message(5, 6, 0, 0)) == []
-
-
-def test_clocks_say_nothing_unasked():
-    assert ClockService(lambda: 1, answers_ping=True).due(3.0) == []

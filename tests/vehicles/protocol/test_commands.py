@@ -1,19 +1,28 @@
-"""Every request is answered once, to the one who asked; nothing that is sent can hurt."""
+"""Every request is answered once, to the one who asked; nothing that is sent can hurt.
+
+The results are those of ArduPilot 4.6 and PX4 (mavlink.md B2.2, B2.3).
+"""
 
 import random
+from itertools import product
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mavherd.transport.mavlink import Codec, mav
-from mavherd.vehicles.protocol.streams import DEFAULT_RATES_HZ
+from mavherd.vehicles.protocol.commands import LINK_COMMANDS
+from mavherd.vehicles.protocol.flight_commands import FLIGHT_COMMANDS
 
-ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
-KNOWN_COMMANDS = {20, 21, 22, 176, 400, 410, 510, 511, 512, 520}
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
+KNOWN_COMMANDS = set(FLIGHT_COMMANDS) | set(LINK_COMMANDS)
+LEGACY = {c for c, row in LINK_COMMANDS.items() if row.is_legacy}
+STACKS = ("ardupilot", "px4", "generic")
+KINDS = ("quadcopter", "rover")
+EVERY_VEHICLE = [*product(STACKS, KINDS)]
+RELATIVE = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT
 NAN, INF = float("nan"), float("inf")
 ABSURD = (NAN, INF, -INF, 3e38, -3e38, 1e-38, -1.0, 0.5)
-MODES = {"quadcopter": 4, "rover": 15}
 
 
 def long(command, params, system=1, component=1):
@@ -24,7 +33,9 @@ def long(command, params, system=1, component=1):
 def as_int(command, params, system=1, component=1):
     p = (*params, *(0,) * (7 - len(params)))
     x, y = (int(max(-(2**31), min(2**31 - 1, v))) if abs(v) < INF else 0 for v in p[4:6])
-    return mav.MAVLink_command_int_message(system, component, 0, command, 0, 0, *p[:4], x, y, p[6])
+    return mav.MAVLink_command_int_message(
+        system, component, RELATIVE, command, 0, 0, *p[:4], x, y, p[6]
+    )
 
 
 def acks(messages):
@@ -34,32 +45,64 @@ def acks(messages):
 # Answers
 
 
+def knows(stack, kind):
+    """Return the commands that this vehicle does not refuse as unknown."""
+    elsewhere = {c for c, row in FLIGHT_COMMANDS.items() if kind not in row.kinds}
+    return KNOWN_COMMANDS - elsewhere - (LEGACY if stack == "px4" else set())
+
+
 @pytest.mark.parametrize("form", [long, as_int])
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-def test_every_command_id_has_exactly_one_answer(desk, kind, form):
-    vehicle = desk(kind)
-    ids = {*range(600), *range(600, 65536, 61), *range(31000, 31020), 42424, 65535}
-    for command in sorted(ids):
-        replies = vehicle.send(form(command, ()))
+@pytest.mark.parametrize(("stack", "kind"), EVERY_VEHICLE)
+def test_every_command_id_has_exactly_one_answer(desk, stack, kind, form):
+    vehicle = desk(kind, autopilot=stack)
+    some = {*range(600), *range(600, 65536, 61), *range(31000, 31020), 42424, 65535}
+    for command in sorted(some | KNOWN_COMMANDS):
+        replies = vehicle.send(form(command, (1,)))
         (ack,) = acks(replies)
         assert ack.command == command
         assert (ack.target_system, ack.target_component) == vehicle.GROUND
-        if command not in KNOWN_COMMANDS:
-            assert (ack.result, len(replies)) == (UNSUPPORTED, 1)
+        known = command in knows(stack, kind)
+        assert (ack.result != UNSUPPORTED) is known, command
+        assert known or len(replies) == 1
+
+
+def test_the_commands_of_the_specification_are_all_there():
+    needed = {400, 22, 21, 20, 300, 176, 192, 178, 115, 179, 224, 511, 510, 512, 520, 410, 246, 401}
+    assert needed <= KNOWN_COMMANDS
+    assert needed <= knows("ardupilot", "quadcopter")
+    assert needed - knows("ardupilot", "rover") == {22, 21, 115}
+    assert not set(FLIGHT_COMMANDS) & set(LINK_COMMANDS)
+
+
+def in_the_air(desk, stack, kind):
+    """Return a vehicle under way."""
+    vehicle = desk(kind, autopilot=stack)
+    if stack == "px4" and kind == "quadcopter":
+        vehicle.arm()
+        vehicle.command(22, 0, 0, 0, NAN, NAN, NAN, NAN)
+        vehicle.run(4)
+        assert vehicle.autopilot.in_air
+    elif stack == "px4":
+        vehicle.stream(vehicle.target(0xDF8, x=5), 0.5)
+        vehicle.mode("OFFBOARD")
+        vehicle.arm()
+    else:
+        vehicle.fly()
+    return vehicle
 
 
 @pytest.mark.parametrize("form", [long, as_int])
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+@pytest.mark.parametrize(("stack", "kind"), EVERY_VEHICLE)
 @pytest.mark.parametrize("command", sorted(KNOWN_COMMANDS))
-def test_absurd_parameters_are_answered_too(desk, kind, command, form):
-    vehicle = desk(kind)
-    vehicle.fly()
+def test_absurd_parameters_are_answered_too(desk, stack, kind, command, form):
+    vehicle = in_the_air(desk, stack, kind)
     for base in (0.0, 1.0, 30.0):
         for at in range(7):
             for value in ABSURD:
                 params = [base] * 7
                 params[at] = value
                 assert len(acks(vehicle.send(form(command, params)))) == 1
+            vehicle.run(0.01)
     for value in ABSURD:
         assert len(acks(vehicle.send(form(command, [value] * 7)))) == 1
     vehicle.run(0.5)
@@ -83,13 +126,26 @@ def test_broadcasts_and_own_ids_are_heard(quad, system, component):
     assert quad.autopilot.armed
 
 
-@pytest.mark.parametrize(("system", "component"), [(2, 1), (255, 1), (1, 99), (1, 190), (2, 0)])
-def test_messages_for_others_are_ignored(quad, system, component):
+@pytest.mark.parametrize("stack", STACKS)
+@pytest.mark.parametrize(("system", "component"), [(2, 1), (255, 1), (2, 99), (2, 0)])
+def test_messages_for_others_are_ignored(desk, stack, system, component):
+    quad = desk("quadcopter", autopilot=stack)
+    mode = quad.autopilot.mode
     assert quad.send(long(400, (1,), system, component)) == []
     assert quad.send(as_int(400, (1,), system, component)) == []
     assert quad.send(mav.MAVLink_set_mode_message(2, 1, 4)) == []
     assert not quad.autopilot.armed
-    assert quad.autopilot.mode.name == "LOITER"
+    assert quad.autopilot.mode is mode
+
+
+@pytest.mark.parametrize("form", [long, as_int])
+@pytest.mark.parametrize("stack", STACKS)
+@pytest.mark.parametrize("component", [99, 190, 154, 2])
+def test_only_ardupilot_answers_for_components_that_it_does_not_have(desk, stack, form, component):
+    quad = desk("quadcopter", autopilot=stack)
+    answers = quad.send(form(512, (0,), 1, component), form(31999, (), 1, component))
+    results = [m.result for m in acks(answers)]
+    assert results == ([ACCEPTED, UNSUPPORTED] if stack == "ardupilot" else [])
 
 
 def test_targets_for_others_are_ignored(quad):
@@ -118,7 +174,16 @@ def test_commands_are_the_same_in_both_forms(desk):
         (512, (148,)),
         (410, ()),
         (520, ()),
+        (401, ()),
+        (178, (1, 2)),
+        (115, (90, 20, 1, 0)),
+        (207, (1,)),
+        (179, (1,)),
+        (224, (3,)),
+        (300, ()),
+        (246, (1,)),
         (21, ()),
+        (20, ()),
     ):
         long_reply, int_reply = a.send(long(command, params)), b.send(as_int(command, params))
         assert list(map(str, long_reply)) == list(map(str, int_reply))
@@ -129,14 +194,16 @@ def test_commands_are_the_same_in_both_forms(desk):
 
 
 def test_every_message_we_make_can_be_requested_and_no_other(quad):
-    offered = set(DEFAULT_RATES_HZ) | {mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION}
     quad.fly()
     quad.send(quad.target(0xDF8, z=-3))
+    telemetry = quad.vehicle.telemetry
+    offered = {i for i in telemetry.ids if telemetry.make(i) is not None}
     for message_id in [*range(500), *range(500, 70000, 997), -1, 1 << 24]:
         ack, *rest = quad.send(long(512, (message_id,)))
         if message_id in offered:
             assert ack.result == ACCEPTED
-            assert [m.get_msgId() for m in rest] == [message_id]
+            readable = [message_id] if message_id in mav.mavlink_map else []
+            assert [m.get_msgId() for m in rest] == readable
         else:
             assert (ack.result, rest) == (FAILED, [])
 
@@ -151,6 +218,97 @@ def test_the_legacy_requests_work(quad):
     assert (ack.result, version.get_type()) == (ACCEPTED, "AUTOPILOT_VERSION")
     (ack, home) = quad.send(long(410, ()))
     assert (ack.result, home.get_type()) == (ACCEPTED, "HOME_POSITION")
+
+
+# What ArduCopter 4.6 and PX4 answer
+
+VERSION, PROTOCOL, HOME, ORIGIN = 148, 300, 242, 49
+STATE, ATTITUDE_ID, MODES, MODE, METADATA, INFORMATION = 245, 30, 435, 436, 397, 395
+CAMERA, GIMBAL, UNKNOWN = 259, 280, 60000
+
+
+@pytest.mark.parametrize("form", [long, as_int])
+@pytest.mark.parametrize(
+    ("command", "params", "ardupilot", "px4"),
+    [
+        (512, (VERSION,), ACCEPTED, ACCEPTED),
+        (512, (PROTOCOL,), FAILED, ACCEPTED),
+        (519, (1,), UNSUPPORTED, UNSUPPORTED),
+        (520, (1,), ACCEPTED, UNSUPPORTED),
+        (512, (MODES,), FAILED, ACCEPTED),
+        (512, (MODE,), FAILED, ACCEPTED),
+        (512, (HOME,), ACCEPTED, ACCEPTED),
+        (512, (ORIGIN,), ACCEPTED, ACCEPTED),
+        (410, (), ACCEPTED, UNSUPPORTED),
+        (512, (GIMBAL,), FAILED, DENIED),
+        (512, (CAMERA,), FAILED, DENIED),
+        (521, (1,), UNSUPPORTED, UNSUPPORTED),
+        (512, (STATE,), ACCEPTED, ACCEPTED),
+        (512, (ATTITUDE_ID,), ACCEPTED, ACCEPTED),
+        (512, (UNKNOWN,), FAILED, DENIED),
+        (511, (ATTITUDE_ID, 1e5), ACCEPTED, ACCEPTED),
+        (511, (UNKNOWN, 1e5), DENIED, FAILED),
+        (510, (ATTITUDE_ID,), ACCEPTED, ACCEPTED),
+        (31999, (), UNSUPPORTED, UNSUPPORTED),
+        (401, (), ACCEPTED, ACCEPTED),
+        (400, (0,), ACCEPTED, ACCEPTED),
+        (22, (0, 0, 0, 0, 0, 0, 5), FAILED, ACCEPTED),  # disarmed
+    ],
+)
+def test_the_results_are_those_of_the_real_ones(desk, command, params, ardupilot, px4, form):
+    for stack, result in (("ardupilot", ardupilot), ("px4", px4)):
+        quad = desk("quadcopter", autopilot=stack)
+        (ack,) = acks(quad.send(form(command, params)))
+        assert ack.result == result, stack
+
+
+def test_component_metadata_is_offered_so_that_groundcontrol_starts_faster(quad):
+    for message_id in (METADATA, INFORMATION):
+        assert quad.command(512, message_id) in (ACCEPTED, FAILED)
+
+
+def test_a_refused_interval_says_why_on_ardupilot(desk, texts):
+    for stack, said in (("ardupilot", ["No ap_message for mavlink id (60000)"]), ("px4", [])):
+        quad = desk("quadcopter", autopilot=stack)
+        quad.command(511, UNKNOWN, 1e5)
+        assert texts(quad.run(0.1)) == said
+
+
+def test_a_flood_of_refused_intervals_is_told_once_a_second(quad, texts):
+    said = []
+    for i in range(200):
+        quad.command(511, 50_000 + i, 1e5)
+        said += texts(quad.run(0.01))
+    assert 2 <= len(said) <= 3
+
+
+def test_running_the_checks_names_what_hinders(desk, texts):
+    fence = {"FENCE_ENABLE": 1, "FENCE_RADIUS": 1, "FENCE_MARGIN": 2}
+    quad = desk("quadcopter", params=fence)
+    assert quad.command(401) == ACCEPTED
+    assert "PreArm: Circle FENCE_MARGIN is less than FENCE_RADIUS" in "".join(texts(quad.run(0.1)))
+    assert quad.command(400, 1) == FAILED
+    assert quad.command(400, 1, 21196) == ACCEPTED
+    assert quad.command(401) == REJECTED, "it is armed"
+
+
+@pytest.mark.parametrize("stack", STACKS)
+@pytest.mark.parametrize(
+    ("command", "params"), [(300, ()), (300, (1, 2)), (224, (5,)), (224, (NAN,)), (300, (NAN,))]
+)
+def test_a_mission_that_is_not_there_is_not_started(desk, stack, command, params):
+    quad = desk("quadcopter", autopilot=stack)
+    assert quad.command(command, *params) in (DENIED, FAILED)
+
+
+def test_a_fence_is_switched_by_command(desk):
+    quad = desk("quadcopter", params={"FENCE_TYPE": 2, "FENCE_RADIUS": 50})
+    assert quad.command(207, 1) == ACCEPTED
+    assert quad.autopilot.fence.enabled
+    assert quad.command(207, 0) == ACCEPTED
+    assert not quad.autopilot.fence.enabled
+    for value in (3, -1, 0.5e9, NAN, INF):
+        assert quad.command(207, value) == DENIED
 
 
 # Streams, per link
@@ -198,8 +356,9 @@ def test_an_interval_that_is_no_number_is_denied(quad, interval):
 
 
 def test_streams_that_are_not_offered_are_refused(quad):
-    for message_id in (60000, 76, 148, -5, 3e38):
-        assert quad.command(511, message_id, 1e5) == FAILED
+    for message_id in (60000, 76, -5, 3e38):
+        assert quad.command(511, message_id, 1e5) == DENIED  # ArduPilot's answer
+    for message_id in (-5, 3e38):
         assert quad.command(510, message_id) == FAILED
 
 
@@ -257,12 +416,11 @@ def any_message(rng: random.Random, message_class):
     return message
 
 
-@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
-def test_a_flood_of_every_message_of_the_dialect_never_hurts(desk, kind):
-    vehicle, rng = desk(kind), random.Random(5)
+@pytest.mark.parametrize(("stack", "kind"), EVERY_VEHICLE)
+def test_a_flood_of_every_message_of_the_dialect_never_hurts(desk, stack, kind):
+    vehicle, rng = in_the_air(desk, stack, kind), random.Random(5)
     classes = [c for c in mav.mavlink_map.values() if c.id >= 0]
     assert len(classes) > 200
-    vehicle.fly()
     for _ in range(8):
         for message_class in rng.sample(classes, len(classes)):
             message = any_message(rng, message_class)

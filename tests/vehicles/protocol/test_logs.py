@@ -15,4 +15,3 @@ def test_a_list_of_no_logs_is_one_entry_that_says_so():
 def test_nothing_else_is_claimed_to_be_done():
     service = LogService()
     assert set(service.handlers) == {"LOG_REQUEST_LIST"}
-    assert service.due(1.0) == []

@@ -224,6 +224,14 @@ def test_px4_takes_negative_and_small_integers_and_plain_floats():
     assert echo.param_value == 7.5
 
 
+def test_px4_refuses_the_bits_of_an_integer_for_a_float():
+    desk = Desk(autopilot="px4")
+    before = desk.parameters["MIS_TAKEOFF_ALT"]
+    told, (old,) = desk.set("MIS_TAKEOFF_ALT", struct.unpack("<f", struct.pack("<i", 3))[0], INT32)
+    assert told == []
+    assert old.param_value == before == desk.parameters["MIS_TAKEOFF_ALT"]
+
+
 def test_px4s_checksum_knows_every_change_but_those_of_the_vehicle():
     desk = Desk(autopilot="px4")
     before = checksum(desk.parameters)

@@ -258,7 +258,9 @@ def test_a_parameter_leaves_alone_what_the_peer_has_asked_for(streams):
     assert len(sent(streams, 4, 4_000_000)[ATTITUDE]) == 160
 
 
-@pytest.mark.parametrize(("channel", "counts"), [(0, False), (1, True), (3, False), (9, False)])
+@pytest.mark.parametrize(
+    ("channel", "counts"), [(None, False), (0, False), (1, True), (3, False), (9, False)]
+)
 def test_each_channel_has_its_own_parameters(streams_of, channel, counts):
     streams = streams_of(channel=channel)
     streams.desk.vehicle.settings.stream_rates[1]["EXTRA2"] = 20.0

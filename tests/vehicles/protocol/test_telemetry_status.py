@@ -105,7 +105,7 @@ def test_the_battery_is_told_in_both_messages(quad, ask):
     assert (
         brief.current_battery == full.current_battery == pytest.approx(battery.current * 100, abs=1)
     )
-    assert full.current_battery > 500  # A hovering copter draws more than 5 A
+    assert full.current_battery > 500  # a hovering copter draws more than 5 A
     assert full.current_consumed == pytest.approx(battery.consumed_mah, abs=1)
     assert brief.battery_remaining == full.battery_remaining
     assert 50 < full.battery_remaining <= 100

@@ -34,7 +34,7 @@ MESSAGES: Mapping[int, Row] = {
     mav.MAVLINK_MSG_ID_ATTITUDE: Row(motion.attitude),
     mav.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: Row(motion.attitude_quaternion),
     mav.MAVLINK_MSG_ID_LOCAL_POSITION_NED: Row(motion.local_position_ned),
-    mav.MAVLINK_MSG_ID_ODOMETRY: Row(motion.odometry, "no covariance"),
+    mav.MAVLINK_MSG_ID_ODOMETRY: Row(motion.odometry, "no covariance", partly=True),
     mav.MAVLINK_MSG_ID_VFR_HUD: Row(motion.vfr_hud, "the air stands still"),
     # Where it is
     mav.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: Row(position.global_position_int),
@@ -44,7 +44,9 @@ MESSAGES: Mapping[int, Row] = {
     mav.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: Row(position.gps_global_origin),
     mav.MAVLINK_MSG_ID_HOME_POSITION: Row(position.home_position),
     mav.MAVLINK_MSG_ID_ALTITUDE: Row(position.altitude, "the ground is flat"),
-    mav.MAVLINK_MSG_ID_TERRAIN_REPORT: Row(position.terrain_report, "the ground is flat"),
+    mav.MAVLINK_MSG_ID_TERRAIN_REPORT: Row(
+        position.terrain_report, "the ground is flat", partly=True
+    ),
     # What it is told
     mav.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: Row(
         targets.position_target_local_ned, "in GUIDED, with the type_mask of the target"
@@ -64,16 +66,18 @@ MESSAGES: Mapping[int, Row] = {
     mav.MAVLINK_MSG_ID_SCALED_IMU2: Row(sensors.scaled_imu2, "the same"),
     mav.MAVLINK_MSG_ID_HIGHRES_IMU: Row(sensors.highres_imu, "no noise"),
     mav.MAVLINK_MSG_ID_SCALED_PRESSURE: Row(sensors.scaled_pressure, "standard atmosphere"),
-    mav.MAVLINK_MSG_ID_VIBRATION: Row(sensors.vibration, "none"),
-    mav.MAVLINK_MSG_ID_WIND: Row(sensors.wind, "none: disturbances are forces"),
-    mav.MAVLINK_MSG_ID_WIND_COV: Row(sensors.wind_cov, "none: disturbances are forces"),
+    mav.MAVLINK_MSG_ID_VIBRATION: Row(sensors.vibration, "none", partly=True),
+    mav.MAVLINK_MSG_ID_WIND: Row(sensors.wind, "none: disturbances are forces", partly=True),
+    mav.MAVLINK_MSG_ID_WIND_COV: Row(
+        sensors.wind_cov, "none: disturbances are forces", partly=True
+    ),
     mav.MAVLINK_MSG_ID_EKF_STATUS_REPORT: Row(
-        estimator.ekf_status_report, "all is known; unasked on ardupilot only"
+        estimator.ekf_status_report, "all is known: no variances", partly=True
     ),
     mav.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Row(
-        estimator.estimator_status, "all is known; unasked on px4 and generic"
+        estimator.estimator_status, "all is known: no test ratios", partly=True
     ),
-    mav.MAVLINK_MSG_ID_AHRS: Row(estimator.ahrs, "no drift, no error"),
+    mav.MAVLINK_MSG_ID_AHRS: Row(estimator.ahrs, "no drift, no error", partly=True),
     mav.MAVLINK_MSG_ID_AHRS2: Row(estimator.ahrs2, "the truth"),
     mav.MAVLINK_MSG_ID_SIMSTATE: Row(estimator.simstate, "the truth"),
     mav.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: Row(estimator.hil_state_quaternion, "the truth"),
@@ -90,8 +94,8 @@ MESSAGES: Mapping[int, Row] = {
     mav.MAVLINK_MSG_ID_BATTERY_STATUS: Row(
         power.battery_status, "the whole voltage in the first cell"
     ),
-    mav.MAVLINK_MSG_ID_POWER_STATUS: Row(power.power_status, "always healthy"),
-    mav.MAVLINK_MSG_ID_MEMINFO: Row(power.meminfo, "always plenty"),
+    mav.MAVLINK_MSG_ID_POWER_STATUS: Row(power.power_status, "always healthy", partly=True),
+    mav.MAVLINK_MSG_ID_MEMINFO: Row(power.meminfo, "always plenty", partly=True),
     # Who it is
     mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION: Row(identity.autopilot_version),
     PROTOCOL_VERSION_ID: Row(identity.protocol_versions, stacks=_NOT_ARDUPILOT),

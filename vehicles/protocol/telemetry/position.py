@@ -8,7 +8,7 @@ from .view import View, euler, heading_cdeg, int16, uint16
 _NAN = float("nan")
 _SATELLITES = 14
 _HDOP_E2, _VDOP_E2 = 80, 120
-_ACCURACY_MM = 300  # as good a receiver says, though what it says here is exact
+_ACCURACY_MM = 300  # what a good receiver claims; what it says here is exact
 _SPEED_ACCURACY_MM_S = 40
 _TERRAIN_SPACING = 100  # m, of a grid that is as flat everywhere
 

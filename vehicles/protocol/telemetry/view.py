@@ -65,6 +65,7 @@ class Row:
     make: Maker
     note: str = ""
     stacks: tuple[str, ...] = EVERYBODY  # personalities, by name
+    partly: bool = False  # fields are constant or left out; the note says which
 
 
 def euler(k: Kinematics) -> Euler:
