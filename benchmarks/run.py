@@ -1,6 +1,6 @@
 """What mavherd costs: start-up and memory of a vehicle, speed and CPU of a lockstep run.
 
-    python benchmarks/run.py            everything but real time: about a minute
+    python benchmarks/run.py            everything but late ticks: about two minutes
     python benchmarks/run.py --realtime and late ticks at 1x, 5x and free-running: five minutes
 
 Machines differ and are noisy, so figures are medians beside a floor of their own: the same work
@@ -16,6 +16,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,37 +27,60 @@ from mavherd.gcs.ports import PortPlan
 from mavherd.scenarios.loader import load_scenario
 from mavherd.scenarios.starts import draw_starts
 from mavherd.transport.links import UdpIn
-from mavherd.transport.mavlink import Codec, mav
+from mavherd.transport.mavlink import Codec, Message, mav
 from mavherd.transport.watcher import Watcher
 from mavherd.vehicles.config import VehicleConfig
 from mavherd.vehicles.vehicle import Vehicle
 
 SCENARIO = "crossing-targets"
 TICK_US = 50_000
+SETTLING_S = 3.0  # from the start of a vehicle until its CPU time is looked at
+SILENCE_S = 5.0
+HEARTBEAT = mav.MAVLink_heartbeat_message(
+    mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID, 0, 0, mav.MAV_STATE_ACTIVE, 3
+)
 NO_PORTS = PortPlan(gcs_udp=0, api_udp=0, tcp=0)
+
+
+@contextmanager
+def vehicle(kind: str, ports: list[UdpIn]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a vehicle that sends to some ports; stop both."""
+    targets = [text for p in ports for text in ("--udpout", f"127.0.0.1:{p.port}")]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mavherd", "vehicle", kind, "--tcp", "0", *targets],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.communicate()
+        for port in ports:
+            port.close()
+
+
+def alive(process: subprocess.Popen[bytes], begun: float, heard: float) -> None:
+    """Raise RuntimeError when a vehicle has ended or was silent for too long."""
+    if (code := process.poll()) is not None:
+        said = process.stderr.read().decode() if process.stderr else ""
+        raise RuntimeError(f"the vehicle ended with exit code {code}: {said}")
+    if time.perf_counter() - max(begun, heard) > SILENCE_S:
+        raise RuntimeError(f"nothing was heard of the vehicle for {SILENCE_S:g} s")
 
 
 def vehicle_start(kind: str) -> tuple[float, float]:
     """Return seconds from starting a vehicle process to its first HEARTBEAT, and its RSS in MB."""
     port = UdpIn("127.0.0.1", 0)
     watcher, codec = Watcher([port]), Codec(255, 190)
-    command = [sys.executable, "-m", "mavherd", "vehicle", kind, "--tcp", "0"]
     begun = time.perf_counter()
-    process = subprocess.Popen(
-        [*command, "--udpout", f"127.0.0.1:{port.port}"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
+    with vehicle(kind, [port]) as process:
         while True:
             watcher.wait(1.0)
             for _, data in port.receive():
                 if any(m.get_type() == "HEARTBEAT" for m in codec.decode(data)):
                     return time.perf_counter() - begun, resident_mb(process.pid)
-    finally:
-        process.terminate()
-        process.wait()
-        port.close()
+            alive(process, begun, 0.0)
 
 
 def resident_mb(pid: int) -> float:
@@ -70,44 +95,57 @@ def resident_mb(pid: int) -> float:
     return int(kilobytes.stdout) / 1024
 
 
-def serving(kind: str, clients: int, seconds: float = 10.0) -> float:
-    """Return the CPU share of a vehicle process at real time with so many clients attached.
+def serving(kind: str, clients: int, seconds: float = 10.0) -> tuple[float, float]:
+    """Return the CPU share of a vehicle at real time, and the messages a second each client gets.
 
     Each client is a ground station on a UDP socket of its own that sends heartbeats and gets
-    every stream that flows unasked, as QGroundControl or MAVSDK do.
+    every stream that flows unasked, as QGroundControl or MAVSDK do; the first has the vehicle
+    armed, and a quadcopter hover. With none the vehicle stands, and one socket gets the
+    heartbeats that nobody answers.
     """
     ports = [UdpIn("127.0.0.1", 0) for _ in range(max(clients, 1))]
-    targets = [text for p in ports for text in ("--udpout", f"127.0.0.1:{p.port}")]
-    codecs = [Codec(255 - number, 190) for number in range(clients)]
-    heartbeat = mav.MAVLink_heartbeat_message(
-        mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID, 0, 0, mav.MAV_STATE_ACTIVE, 3
-    )
-    process = subprocess.Popen(
-        [sys.executable, "-m", "mavherd", "vehicle", kind, "--tcp", "0", *targets],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        watcher, begun, used, beat_at = Watcher(ports), 0.0, 0.0, 0.0
+    codecs = [Codec(255 - number, 190) for number in range(len(ports))]
+    begun = heard = time.perf_counter()
+    began = used = beat_at = 0.0
+    messages, armed = 0, False
+    watcher = Watcher(list(ports))
+    with vehicle(kind, ports) as process:
         while True:
             watcher.wait(0.1)
             now = time.perf_counter()
             beat, beat_at = now >= beat_at, beat_at if now < beat_at else now + 1
-            for number, port in enumerate(ports):
-                for _ in port.receive():
-                    begun = begun or now
-                if beat and number < clients:
+            for codec, port in zip(codecs, ports, strict=True):
+                for _, data in port.receive():
+                    heard = now
+                    for m in codec.decode(data, stream=False):
+                        messages += 1
+                        if m.get_type() == "HEARTBEAT":
+                            armed = bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED)
+                if beat and clients:
+                    first = port is ports[0] and not began
                     for link in port.links():
-                        link.send(codecs[number].encode([heartbeat]))
-            if begun and not used and now - begun > 2.0:  # start-up is another row
-                begun, used = now, process_cpu_seconds(process.pid)
-            elif used and now - begun > seconds:
-                return (process_cpu_seconds(process.pid) - used) / (now - begun)
-    finally:
-        process.terminate()
-        process.wait()
-        for port in ports:
-            port.close()
+                        link.send(codec.encode([HEARTBEAT, *(starting(kind) if first else ())]))
+            alive(process, begun, heard)
+            if not began and now - begun > SETTLING_S:  # start-up is another row
+                if armed != bool(clients):
+                    raise RuntimeError("the vehicle is not armed as it should be")
+                began, used, messages = now, process_cpu_seconds(process.pid), 0
+            elif began and now - began > seconds:
+                share = (process_cpu_seconds(process.pid) - used) / (now - began)
+                return share, messages / (now - began) / len(ports)
+
+
+def starting(kind: str) -> list[Message]:
+    """Return the commands that arm a vehicle in GUIDED and, where it can, have it take off."""
+    guided = {"quadcopter": 4, "rover": 15}[kind]
+    return [
+        mav.MAVLink_command_long_message(1, 1, command, 0, *params, *[0] * (7 - len(params)))
+        for command, params in (
+            (mav.MAV_CMD_DO_SET_MODE, (mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, guided)),
+            (mav.MAV_CMD_COMPONENT_ARM_DISARM, (1,)),
+            (mav.MAV_CMD_NAV_TAKEOFF, (0, 0, 0, 0, 0, 0, 5)),
+        )
+    ]
 
 
 def process_cpu_seconds(pid: int) -> float:
@@ -133,7 +171,7 @@ def floors() -> dict[str, float]:
         )
         for spec in draw_starts(scenario)
     }
-    links = {name: vehicle.converse() for name, vehicle in vehicles.items()}
+    links = {name: vehicle.converse(channel=None) for name, vehicle in vehicles.items()}
     coordinator = Coordinator(scenario, tuple(vehicles))
     inbox = dict.fromkeys(vehicles, b"")
     spent = {"physics and control": 0.0, "vehicle MAVLink": 0.0, "coordination": 0.0}
@@ -192,14 +230,12 @@ def main() -> None:
         ready, memory = (statistics.median(column) for column in zip(*starts, strict=True))
         print(f"| {kind} | {ready:.2f} | {memory:.0f} |")
 
-    print("\n| at real time | CPU, no client | CPU, four clients | with / without |")
+    print("\n| at real time | clients | messages/s for each | CPU of one core |")
     print("| --- | --- | --- | --- |")
     for kind in ("quadcopter", "rover"):
-        alone, four = (
-            statistics.median(serving(kind, clients) for _ in range(args.repeats))
-            for clients in (0, 4)
-        )
-        print(f"| {kind} | {alone:.1%} | {four:.1%} | {four / alone:.2f} |")
+        for clients in (0, 4):
+            share, rate = serving(kind, clients)
+            print(f"| {kind} | {clients} | {rate:.0f} | {share:.1%} |")
 
     parts = [floors() for _ in range(args.repeats)]
     floor = {part: statistics.median(p[part] for p in parts) for part in parts[0]}

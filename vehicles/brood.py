@@ -44,9 +44,10 @@ def rear(processes: Sequence[VehicleProcess], serve: Serve, keeper: socket.socke
             children[_fork(process, processes, serve, keeper)] = process.vehicle.config.name
         for process in processes:
             process.close()
-        pid, status = os.wait()
-        name = children.pop(pid)
-        raise VehicleError(f"{name} ended by itself ({_how(status)}); the others have been stopped")
+        ended = os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOWAIT)  # `_stop` alone takes them away
+        assert ended is not None  # noqa: S101 for the type checker: we did not say WNOHANG
+        name = children[ended.si_pid]
+        raise VehicleError(f"{name} ended by itself ({_how(ended)}); the others have been stopped")
     finally:
         _stop(children, keeper)
 
@@ -89,9 +90,11 @@ def _be_child(process: VehicleProcess, serve: Serve) -> NoReturn:
     os._exit(code)  # not through the parent's own clean-up
 
 
-def _how(status: int) -> str:
-    code = os.waitstatus_to_exitcode(status)
-    return f"exit code {code}" if code >= 0 else signal.Signals(-code).name
+def _how(ended: os.waitid_result) -> str:
+    """Return the exit code or signal with which a child has ended."""
+    if ended.si_code == os.CLD_EXITED:
+        return f"exit code {ended.si_status}"
+    return signal.Signals(ended.si_status).name
 
 
 def _stop(children: dict[int, str], keeper: socket.socket) -> None:

@@ -3,7 +3,7 @@
 import socket
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -102,17 +102,21 @@ def _process(
     if kept:
         files.save(kept, vehicle.parameters)  # now, if it cannot be
         vehicle.parameters.on_change = lambda: files.save(kept, vehicle.parameters)
-    endpoints: list[Endpoint] = []
-    ports = (
-        *((UdpIn, parse_address(text, "--udpin")) for text in start.udpin),
-        *((UdpOut, parse_address(text, "--udpout")) for text in start.udpout),
-    )
-    if start.tcp:
-        endpoints.append(TcpServer(start.tcp))
-    for kind, address in ports:
-        endpoints.append(kind(*address))
-        opened.callback(endpoints[-1].close)
+    endpoints = []
+    for endpoint in _endpoints(start):
+        opened.callback(endpoint.close)
+        endpoints.append(endpoint)
     return VehicleProcess(vehicle, endpoints, control=leash)
+
+
+def _endpoints(start: Start) -> Iterator[Endpoint]:
+    """Open the ports of one vehicle."""
+    if start.tcp:
+        yield TcpServer(start.tcp)
+    for text in start.udpin:
+        yield UdpIn(*parse_address(text, "--udpin"))
+    for text in start.udpout:
+        yield UdpOut(*parse_address(text, "--udpout"))
 
 
 def _kept(folder: Path, wipe: bool) -> Path:

@@ -7,7 +7,7 @@ pytestmark = [pytest.mark.clients, pytest.mark.timeout(200)]
 
 def test_a_person_at_mavproxys_prompt_flies_a_copter(start, run):
     vehicle = start("quadcopter", speed=3)
-    seen = run("mavproxy_job.py", f"tcp:127.0.0.1:{vehicle.tcp}")
+    seen = run("mavproxy_job.py", f"tcp:127.0.0.1:{vehicle.tcp}", "quadcopter")
     assert seen["parameters"] >= 150
     assert seen["rtl_alt"] == [1500, 1200, 1200]
     assert seen["listed"] == {"wp": 5, "fence": 4, "rally": 2}
@@ -16,3 +16,11 @@ def test_a_person_at_mavproxys_prompt_flies_a_copter(start, run):
     for what in ("took_off", "guided", "mission", "returned"):
         assert seen[what]
     assert seen["refused"]
+
+
+def test_a_person_at_mavproxys_prompt_drives_a_rover(start, run):
+    vehicle = start("rover", speed=3)
+    seen = run("mavproxy_job.py", f"udpin:127.0.0.1:{vehicle.udpout}", "rover")
+    assert seen["parameters"] >= 150
+    for what in ("guided", "returned", "disarmed"):
+        assert seen[what]

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from contextlib import closing, suppress
 from pathlib import Path
 
@@ -119,6 +120,47 @@ def test_a_client_that_reads_nothing_holds_up_nobody(sandbox):
     stop(sandbox, vehicle)
 
 
+FLOOD = """
+import socket, sys, time
+data = bytes.fromhex(sys.argv[2])
+with socket.socket(type=socket.SOCK_DGRAM) as sock:
+    sock.connect(("127.0.0.1", int(sys.argv[1])))
+    sock.setblocking(False)
+    began, sent = time.monotonic(), 0
+    while True:
+        try:
+            sock.send(data)
+        except OSError:
+            pass
+        sent += 1
+        if (early := sent / 50_000 - (time.monotonic() - began)) > 0.01:
+            time.sleep(early)
+"""
+
+
+def test_fifty_thousand_commands_a_second_on_its_port_do_not_slow_it_down(sandbox):
+    vehicle = sandbox.start("vehicle", "quadcopter", "--udpin", "127.0.0.1:0")
+    port = re.search(r"udpin:127.0.0.1:(\d+)", vehicle.stdout.readline())[1]
+    command = mav.MAVLink_command_long_message(1, 1, mav.MAV_CMD_REQUEST_MESSAGE, 0, 148, *[0] * 6)
+    flood = Codec(66, 1).encode([command]).hex()
+    with closing(sandbox.connect(f"udpout:127.0.0.1:{port}")) as client:
+        sandbox.greet(client)
+        flooder = subprocess.Popen([sys.executable, "-c", FLOOD, port, flood])
+        try:
+            times = []
+            while not times or times[-1][0] - times[0][0] < 3:
+                sandbox.greet(client)
+                m = client.recv_match(type="ATTITUDE", blocking=True, timeout=30)
+                times.append((time.monotonic(), m.time_boot_ms / 1000))
+        finally:
+            flooder.kill()
+            flooder.wait()
+    (began, boot), (ended, last) = times[5], times[-1]  # at first it was starting up
+    assert 0.9 < (last - boot) / (ended - began) < 1.1
+    assert len(times[5:]) > 0.8 * 10 * (ended - began), "at 10 Hz"
+    stop(sandbox, vehicle)
+
+
 STOPS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 SOON = 2.0  # s in which everything ends
 
@@ -173,7 +215,7 @@ def hear(station, count):
 
 
 def greet_until(station, system_ids, name):
-    """Send heartbeats to whoever is heard until all these vehicles have sent `name`; return them."""
+    """Send heartbeats to whoever is heard; return one `name` of each of these vehicles."""
     codec, waiting, found = Codec(255, 190), set(system_ids), {}
     beat = mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
     while waiting:

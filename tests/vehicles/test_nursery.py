@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,8 @@ from mavherd.transport.errors import VehicleError
 from mavherd.transport.links import listen_tcp, socket_pair_udp
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
+from mavherd.vehicles.parameters import files
+from mavherd.vehicles.parameters.store import Parameters
 from mavherd.vehicles.process import DONE, GRANT
 
 HOST = "127.0.0.1"
@@ -137,12 +139,26 @@ def test_the_same_vehicle_sends_the_same_bytes_from_every_process(spawn, desk):
     assert len(b"".join(flown)) > 3000
 
 
+def test_the_folder_tells_every_parameter_of_the_start_and_others_can_start_from_it(spawn):
+    child = spawn(4, "quadcopter", params={"mass": 1.5, "RTL_ALT": 2000})
+    child.tick(TICK_US)
+    path = child.folder / "parameters.param"
+    config = VehicleConfig(kind="quadcopter", system_id=4)
+    told = files.load(path)
+    assert told.keys() == {entry.parameter.name for entry in Parameters(config)}
+    assert told["RTL_ALT"] == 2000
+    again = Parameters(replace(config, params=files.fit(path, config).values))
+    assert {entry.parameter.name: entry.value for entry in again} == pytest.approx(told)
+    assert again.robot_overrides["mass"] == pytest.approx(1.5)
+
+
 def test_an_end_of_file_ends_one_vehicle_with_its_logs_complete(spawn, nursery):
     one, two = spawn(1), spawn(2)
     one.tick(TICK_US)
     one.control.close()
     assert nursery.exit_code(one.pid, 5) == 0
-    assert {p.name for p in one.folder.iterdir()} == {"truth.bin", "log.txt"}
+    names = {"truth.bin", "log.txt", "parameters.param"}
+    assert {p.name for p in one.folder.iterdir()} == names
     assert (one.folder / "log.txt").read_text() == ""
     assert two.tick(TICK_US) is not None
     assert alive(two.pid)

@@ -40,6 +40,7 @@ class Auto:
         self._item: Item | None = None
         self._rest: Setpoint = HOLD  # after the last item
         self._begun_at = 0.0
+        self.paused = False  # by DO_PAUSE_CONTINUE
         if not autopilot.armed:
             return
         if autopilot.in_air or not autopilot.flies or autopilot.personality.missions_take_off:
@@ -65,6 +66,8 @@ class Auto:
         """Return what the item under way asks for; go on with the next when it is done."""
         progress = self._progress
         self._notice_upload()
+        if self.paused:
+            return HOLD
         if progress.wanted is not None and progress.started:
             self._leg = None
         if self._leg is None:
@@ -115,13 +118,14 @@ class Auto:
         others, index = self._progress.advance(self._list.items)
         self._begun_at = self._autopilot.now
         if index is None:
-            self._steps.begin(others, None)
+            self._steps.begin(others)
             self._progress.complete = True
             self._autopilot.say("Mission Complete", mav.MAV_SEVERITY_NOTICE)
         else:
+            self._steps.begin(others)
             self._item = self._begun(index)
             self._leg = make_leg(self._autopilot, self._item)
-            self._steps.begin(others, self._leg.goal)
+            self._steps.goal = self._leg.goal
         self._tell_current()
 
     def _arrive(self) -> None:
@@ -208,7 +212,8 @@ def mission_current_message(autopilot: "Autopilot") -> Message:
     elif progress.current is None:
         state = mav.MISSION_STATE_NOT_STARTED
     else:
-        active = in_auto and autopilot.armed
+        behaviour = autopilot.behaviour
+        active = autopilot.armed and isinstance(behaviour, Auto) and not behaviour.paused
         state = mav.MISSION_STATE_ACTIVE if active else mav.MISSION_STATE_PAUSED
     shown = progress.shown
     message: Message = mav.MAVLink_mission_current_message(

@@ -26,7 +26,8 @@ class Steps:
     """Runs the items between two NAV items while the second one is flown.
 
     A CONDITION holds up those after it; what is left when the NAV item is done is dropped.
-    One item is begun in every update, so that a list of nothing else floods nobody.
+    The first is begun before the NAV item, as by ArduPilot, then one in every update, so that a
+    list of nothing else floods nobody.
     """
 
     def __init__(
@@ -38,14 +39,15 @@ class Steps:
         self._waiting: list[int] = []
         self._at: int | None = None  # the condition that is waited for
         self._condition: Condition | None = None
-        self._goal: Vec3 | None = None
+        self.goal: Vec3 | None = None
+        """Where the NAV item leads, for CONDITION_DISTANCE."""
 
-    def begin(self, items: Sequence[int], goal: Vec3 | None) -> None:
-        """Run these items on the way to `goal`; a new leg takes the nose back."""
+    def begin(self, items: Sequence[int]) -> None:
+        """Run these items from now on; a new leg takes the nose back."""
         self._waiting = list(items)
-        self._condition = self._at = None
+        self._condition = self._at = self.goal = None
         self._autopilot.gaze.turn(None)
-        self._goal = goal
+        self._begin_next()
 
     def forget(self) -> None:
         """Drop what waits: the list has changed."""
@@ -60,6 +62,9 @@ class Steps:
             if self._at is not None:
                 self._done(self._at)
             self._condition = self._at = None
+        self._begin_next()
+
+    def _begin_next(self) -> None:
         if not self._waiting:
             return
         index = self._waiting.pop(0)
@@ -95,10 +100,10 @@ class Steps:
         return None
 
     def _distance(self) -> float:
-        if self._goal is None:
+        if self.goal is None:
             return inf
         k = self._autopilot.robot.kinematics()
-        return hypot(self._goal.north - k.north, self._goal.east - k.east)
+        return hypot(self.goal.north - k.north, self.goal.east - k.east)
 
     def _turn(self, item: Item) -> Heading:
         yaw = yaw_of(self._autopilot.robot.kinematics()[6:10])

@@ -153,6 +153,7 @@ _ROWS = (
     _camera(531, "SetCamZoom"),
     _camera(532, "SetCamFocus"),
     _camera(1000, "GimbalPitchYaw"),
+    _camera(1001, "GimbalManager"),
     _camera(2000, "ImageStartCap"),
     _camera(2001, "ImageStopCap"),
     _camera(2500, "VideoStartCap"),

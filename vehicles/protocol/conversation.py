@@ -53,7 +53,7 @@ class Conversation:
             *self._paced,
             CommandService(autopilot, telemetry, self.streams),
             SteeringService(autopilot),
-            RateService(self.streams, lambda: self.codec.version),
+            RateService(self.streams),
             ClockService(lambda: telemetry.now_us, answers_ping=autopilot.personality.answers_ping),
             LogService(),
         ]

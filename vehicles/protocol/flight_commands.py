@@ -5,14 +5,17 @@ from math import copysign, isfinite, isinf, isnan, radians
 
 from ...transport.frames import wrap_angle, yaw_of
 from ...transport.mavlink import mav
-from ..flight.auto import set_mission_current, start_mission
+from ..flight.auto import Auto, set_mission_current, start_mission
 from ..flight.autopilot import Autopilot
+from ..flight.guided import Guided
 from ..flight.heading import Heading
 from ..flight.modes import Mode
 from ..robot import Vec3
 from .command import ACCEPTED, DENIED, FAILED, UNSUPPORTED, Command, FlightRow
 
 FORCE = 21196  # the magic number that disarms in the air, and arms without checks
+FORCE_ARMING = 2989  # ArduPilot's own number for the latter
+_PAUSE = {0: True, 1: False}  # DO_PAUSE_CONTINUE
 _REPOSITION_CHANGES_MODE = 1
 _YAW_RATE = radians(60)  # of CONDITION_YAW without a rate, and the highest
 _WHOLE_TURN = 360.0  # degrees
@@ -21,12 +24,11 @@ _UNGUIDED = (Mode.STABILIZE, Mode.ALT_HOLD, Mode.MANUAL)  # where the sticks alo
 
 
 def _arm_disarm(a: Autopilot, c: Command) -> int:
-    force = c.params[1] == FORCE
     if c.params[0] == 1:
-        return a.arming.arm(force=force)
+        return a.arming.arm(force=c.params[1] in (FORCE, FORCE_ARMING))
     if c.params[0] == 0:
-        return a.arming.disarm(force=force)
-    return DENIED
+        return a.arming.disarm(force=c.params[1] == FORCE)
+    return UNSUPPORTED
 
 
 def _prearm_checks(a: Autopilot, _: Command) -> int:
@@ -118,7 +120,8 @@ def _change_speed(a: Autopilot, c: Command) -> int:
     kind, speed = c.whole(1), c.number_at(2)
     if speed <= 0:
         return DENIED
-    if a.mode in _UNGUIDED or (a.mode is Mode.HOLD and not a.flies):
+    stands = a.mode is Mode.HOLD and not a.flies and a.personality.reposition_mode is not Mode.HOLD
+    if a.mode in _UNGUIDED or stands:
         return FAILED
     if kind in (mav.SPEED_TYPE_AIRSPEED, mav.SPEED_TYPE_GROUNDSPEED):
         a.robot.speed_limit = speed
@@ -149,12 +152,24 @@ def _set_current(a: Autopilot, c: Command) -> int:
     return ACCEPTED if done else FAILED
 
 
+def _pause_continue(a: Autopilot, c: Command) -> int:
+    pause, behaviour = _PAUSE.get(c.number_at(1)), a.behaviour
+    if pause is None:
+        return DENIED
+    under_way = a.armed and a.climb is None and (a.in_air or not a.flies)
+    if not (under_way and isinstance(behaviour, Auto | Guided)):
+        a.say(f"Failed to {'pause' if pause else 'resume'}")
+        return FAILED
+    behaviour.paused = pause
+    return ACCEPTED
+
+
 def _fence_enable(a: Autopilot, c: Command) -> int:
     return a.fence.enable(c.whole(1), c.whole(2))
 
 
 def _terminate(a: Autopilot, c: Command) -> int:
-    return a.arming.disarm(force=True) if c.number_at(1) > 0.5 else DENIED
+    return a.arming.disarm(force=True) if c.number_at(1) > 0.5 else FAILED
 
 
 def _reboot(a: Autopilot, c: Command) -> int:
@@ -177,7 +192,8 @@ _ROVER_ONLY = ("rover",)
 FLIGHT_COMMANDS: dict[int, FlightRow] = {
     mav.MAV_CMD_COMPONENT_ARM_DISARM: FlightRow(
         _arm_disarm,
-        "param1 exactly 0 or 1, else DENIED; param2 21196: also in the air, and without checks",
+        "param1 exactly 0 or 1, else UNSUPPORTED; param2 21196: also in the air, and without"
+        " checks; 2989: arms without checks",
     ),
     mav.MAV_CMD_RUN_PREARM_CHECKS: FlightRow(_prearm_checks, "says what hinders arming"),
     mav.MAV_CMD_NAV_TAKEOFF: FlightRow(
@@ -186,7 +202,11 @@ FLIGHT_COMMANDS: dict[int, FlightRow] = {
         " LOITER or ALT_HOLD; PX4: AMSL or NaN, armed or not",
         _COPTER_ONLY,
     ),
+    mav.MAV_CMD_NAV_VTOL_TAKEOFF: FlightRow(_takeoff, "as NAV_TAKEOFF", _COPTER_ONLY),
     mav.MAV_CMD_NAV_LAND: FlightRow(lambda a, _: a.enter(Mode.LAND), "lands here", _COPTER_ONLY),
+    mav.MAV_CMD_NAV_VTOL_LAND: FlightRow(
+        lambda a, _: a.enter(Mode.LAND), "as NAV_LAND", _COPTER_ONLY
+    ),
     mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: _enter(Mode.RTL),
     mav.MAV_CMD_NAV_LOITER_UNLIM: FlightRow(
         lambda a, _: a.enter(a.personality.loiter_mode),
@@ -231,6 +251,10 @@ FLIGHT_COMMANDS: dict[int, FlightRow] = {
     ),
     mav.MAV_CMD_DO_SET_MISSION_CURRENT: FlightRow(
         _set_current, "param1: item; param2 = 1 forgets jumps and what is done"
+    ),
+    mav.MAV_CMD_DO_PAUSE_CONTINUE: FlightRow(
+        _pause_continue,
+        "AUTO and GUIDED: param1 0 stops and holds, 1 goes on; not while taking off",
     ),
     mav.MAV_CMD_DO_FENCE_ENABLE: FlightRow(
         _fence_enable, "param1: 0 off, 1 on, 2 floor off; param2: mask of FENCE_TYPE, 0 all"

@@ -1,6 +1,6 @@
 """How often messages go out when nobody has asked for each of them: defaults and groups."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ...transport.mavlink import Message, mav
@@ -30,12 +30,16 @@ DEFAULT_RATES_HZ: Mapping[int, float] = {
 personality. All other messages are sent on request only."""
 
 _ESTIMATOR_HZ = 1.0
+_ESTIMATORS = {mav.MAVLINK_MSG_ID_EKF_STATUS_REPORT, mav.MAVLINK_MSG_ID_ESTIMATOR_STATUS}
+"""Each flight stack has one of them."""
 
 GROUPS: Mapping[str, tuple[int, ...]] = {
     "RAW_SENS": (
         mav.MAVLINK_MSG_ID_RAW_IMU,
         mav.MAVLINK_MSG_ID_SCALED_IMU2,
+        mav.MAVLINK_MSG_ID_SCALED_IMU3,
         mav.MAVLINK_MSG_ID_SCALED_PRESSURE,
+        mav.MAVLINK_MSG_ID_SCALED_PRESSURE2,
     ),
     "EXT_STAT": (
         mav.MAVLINK_MSG_ID_SYS_STATUS,
@@ -47,7 +51,11 @@ GROUPS: Mapping[str, tuple[int, ...]] = {
         mav.MAVLINK_MSG_ID_FENCE_STATUS,
         mav.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT,
     ),
-    "RC_CHAN": (mav.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, mav.MAVLINK_MSG_ID_RC_CHANNELS),
+    "RC_CHAN": (
+        mav.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,
+        mav.MAVLINK_MSG_ID_RC_CHANNELS,
+        mav.MAVLINK_MSG_ID_RC_CHANNELS_RAW,  # by which DroneKit knows the channels
+    ),
     "RAW_CTRL": (),
     "POSITION": (
         mav.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
@@ -71,11 +79,6 @@ GROUPS: Mapping[str, tuple[int, ...]] = {
     ),
 }
 """ArduPilot's groups, as the parameters SRn_... and REQUEST_DATA_STREAM know them."""
-
-OF_MAVLINK_1: Mapping[str, tuple[int, ...]] = {
-    "RC_CHAN": (mav.MAVLINK_MSG_ID_RC_CHANNELS_RAW,),  # by which DroneKit knows the channels
-}
-"""What ArduPilot adds to a group for a peer that speaks MAVLink 1."""
 
 DATA_STREAMS: Mapping[int, tuple[str, ...]] = {
     mav.MAV_DATA_STREAM_ALL: tuple(GROUPS),
@@ -107,7 +110,12 @@ class Rates:
         self._seen: dict[str, float] | None = None
         estimator = autopilot.personality.estimator_message
         self._own = {**DEFAULT_RATES_HZ, estimator: _ESTIMATOR_HZ}
-        self.messages = tuple(dict.fromkeys((*self._own, *_GROUP_OF)))
+        self._foreign = _ESTIMATORS - {estimator}
+        self.messages = tuple(dict.fromkeys((*self._own, *self.among(_GROUP_OF))))
+
+    def among(self, message_ids: Iterable[int]) -> list[int]:
+        """Return those messages of a group that this flight stack has in it."""
+        return [message_id for message_id in message_ids if message_id not in self._foreign]
 
     def hz(self, message_id: int) -> float:
         """Return how often a message goes out unasked; 0: not at all."""
@@ -123,14 +131,10 @@ class Rates:
 
 
 class RateService:
-    """Answers the legacy REQUEST_DATA_STREAM, by which older stations set whole groups.
+    """Answers the legacy REQUEST_DATA_STREAM, by which older stations set whole groups."""
 
-    `version` returns the peer's version of MAVLink.
-    """
-
-    def __init__(self, streams: "Streams", version: Callable[[], int] = lambda: 2) -> None:
+    def __init__(self, streams: "Streams") -> None:
         self._streams = streams
-        self._version = version
         self.handlers: dict[str, Handler] = {"REQUEST_DATA_STREAM": self._on_request}
 
     def _on_request(self, m: Message) -> list[Message]:
@@ -139,7 +143,5 @@ class RateService:
             return []
         rate = m.req_message_rate if m.start_stop else 0
         for group in DATA_STREAMS.get(m.req_stream_id, ()):
-            older = OF_MAVLINK_1.get(group, ()) if self._version() == 1 else ()
-            for message_id in (*GROUPS[group], *older):
-                self._streams.ask(message_id, rate)
+            self._streams.ask(GROUPS[group], rate)
         return []

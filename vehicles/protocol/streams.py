@@ -1,5 +1,6 @@
 """Which telemetry a link gets, and when: one `Streams` for each link."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ...transport.mavlink import mav
@@ -60,11 +61,12 @@ class Streams:
         self._reschedule()
         return True
 
-    def ask(self, message_id: int, rate_hz: float) -> None:
-        """Send a message so often from now on; 0 stops it."""
-        if self.offers(message_id):
-            interval_us = 1e6 / rate_hz if rate_hz else -1
-            self.set_interval(message_id, interval_us, self._telemetry.now_us)
+    def ask(self, group: Iterable[int], rate_hz: float) -> None:
+        """Send the messages of a group so often from now on; 0 stops them."""
+        interval_us = 1e6 / rate_hz if rate_hz else -1
+        for message_id in self._rates.among(group):
+            if self.offers(message_id):
+                self.set_interval(message_id, interval_us, self._telemetry.now_us)
 
     def heard(self, now_us: int) -> None:
         """Start the default streams: the peer has spoken for the first time."""

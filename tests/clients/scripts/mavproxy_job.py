@@ -1,6 +1,7 @@
 """MAVProxy at its prompt, typed and read as a person does.
 
-Argument: the address of the vehicle's link. Files go to the working directory.
+Arguments: the address of the vehicle's link, and `quadcopter` or `rover`. Files go to the working
+directory.
 """
 
 import re
@@ -44,14 +45,14 @@ class Prompt:
         self.type(line)
         return self.read(*patterns)
 
-    def be_at(self, north: float, east: float, up: float) -> None:
+    def be_at(self, north: float, east: float, up: float, within: float = 0.7) -> None:
         """Watch positions go by until the vehicle is there."""
         self.type("watch GLOBAL_POSITION_INT")
         there = offset(*HOME, north, east)
         for _ in range(3000):
             lat, lon, height = (int(text) for text in self.read(_POSITION).groups())
             off = distance((lat / 1e7, lon / 1e7), there)
-            if off < 0.7 and abs(height / 1e3 - up) < 0.7:
+            if off < within and abs(height / 1e3 - up) < within:
                 self.type("watch")
                 return
         raise TimeoutError(f"not at {north}, {east}, {up}")
@@ -95,6 +96,8 @@ def transfer_lists(proxy: Prompt) -> None:
     proxy.ask("wp list", r"Requesting 5 ")
     heights = [float(proxy.read(r"\n\d+ \d \S+ \S+ (\d+\.\d+) p1=")[1]) for _ in range(5)]
     fact(heights=heights)
+    for word in ("enable", "disable"):
+        proxy.ask(f"fence {word}", "DO_FENCE_ENABLE: ACCEPTED")
     proxy.ask("rally clear", "rally clear")
     fact(rally_after_clear=int(proxy.ask("rally list", r"Requesting (\d+) ")[1]))
 
@@ -133,15 +136,34 @@ def fly(proxy: Prompt) -> None:
     fact(refused="RTL mode not armable")
 
 
-def work(address: str) -> None:
+def drive(proxy: Prompt) -> None:
+    """Drive somewhere in GUIDED, and stop."""
+    proxy.ask("mode guided", "Mode GUIDED")
+    proxy.ask("arm throttle", "ARMED")
+    lat, lon = offset(*HOME, 6, -4)
+    proxy.ask(f"guided {lat:.7f} {lon:.7f} 0", "Guided ")
+    proxy.be_at(6, -4, 0, within=2.5)
+    fact(guided=True)
+    proxy.ask("rtl", "Mode RTL")
+    proxy.be_at(0, 0, 0, within=2.5)
+    fact(returned=True)
+    proxy.ask("mode hold", "Mode HOLD")
+    proxy.ask("disarm", "DISARMED")
+    fact(disarmed=True)
+
+
+def work(address: str, kind: str) -> None:
     """Connect, then do one thing after the other."""
     proxy = Prompt(address)
     try:
         proxy.read(r"Detected vehicle 1:1")
         fact(parameters=int(proxy.read(r"Received (\d+) parameters")[1]))
-        handle_parameters(proxy)
-        transfer_lists(proxy)
-        fly(proxy)
+        if kind == "quadcopter":
+            handle_parameters(proxy)
+            transfer_lists(proxy)
+            fly(proxy)
+        else:
+            drive(proxy)
     except pexpect.ExceptionPexpect:
         print(Path("mavproxy.txt").read_text()[-6000:])
         raise

@@ -10,7 +10,7 @@ from mavherd.vehicles.missions.items import Item
 from mavherd.vehicles.missions.plan import Plan
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
-ARM, START, SET_CURRENT, SET_MODE, CONDITION_YAW = 400, 300, 224, 176, 115
+ARM, START, SET_CURRENT, SET_MODE, CONDITION_YAW, PAUSE = 400, 300, 224, 176, 115, 193
 AUTO = {"quadcopter": 3, "rover": 10}
 NOT_STARTED, ACTIVE, PAUSED, COMPLETE, NO_MISSION = 2, 3, 4, 5, 1
 
@@ -587,6 +587,30 @@ def test_the_speed_changes_for_the_next_leg(copter):
     c.until(lambda: c.where.north > 35)
     assert c.where.v_north > 3
     assert "Mission: 2 ChangeSpeed" in c.texts
+
+
+def test_the_first_do_item_is_begun_before_the_leg_as_by_ardupilot(copter):
+    c = copter
+    c.load(takeoff(5), c.at(16, 5, 0, 5), Item(178, param1=1, param2=3), c.at(16, 9, 0, 5)).start()
+    c.until_reached(4)
+    said = ["Reached command #2", "Mission: 3 ChangeSpeed", "Mission: 4 WP"]
+    assert [text for text in c.texts if text in said] == said
+    assert c.reached == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+def test_a_paused_mission_holds_and_goes_on(desk, kind):
+    f = Flight(desk, kind)
+    f.load(*([takeoff(5)] if kind == "quadcopter" else []), f.at(16, 40, 0, 5)).start()
+    f.until(lambda: f.where.north > 10)
+    assert f.desk.command(PAUSE, 0) == ACCEPTED
+    assert f.mission_current().mission_state == PAUSED
+    f.run(6)
+    assert hypot(f.where.v_north, f.where.v_east) < 0.05
+    assert f.where.north < 25
+    assert f.desk.command(PAUSE, 1) == ACCEPTED
+    assert f.mission_current().mission_state == ACTIVE
+    f.until(lambda: f.distance(40, 0) < 3)
 
 
 def test_climb_and_descent_speeds_change(copter):

@@ -292,6 +292,55 @@ def test_running_the_checks_names_what_hinders(desk, texts):
     assert quad.command(401) == REJECTED, "it is armed"
 
 
+@pytest.mark.parametrize("number", [21196, 2989])
+def test_both_magic_numbers_arm_without_checks_and_one_disarms_in_the_air(desk, number):
+    quad = desk("quadcopter")
+    quad.command(176, 1, 6)
+    assert quad.command(400, 1) == FAILED, "RTL is not armable"
+    assert quad.command(400, 1, number) == ACCEPTED
+    quad.command(176, 1, 4)
+    assert quad.command(22, 0, 0, 0, 0, 0, 0, 3) == ACCEPTED
+    quad.run(5)
+    assert quad.command(400, 0, 2989) == FAILED
+    assert quad.command(400, 0, 21196) == ACCEPTED
+
+
+def test_the_vtol_forms_of_takeoff_and_landing_work(desk):
+    quad = desk("quadcopter")
+    quad.command(176, 1, 4)
+    quad.command(400, 1)
+    assert quad.command(84, 0, 0, 0, 0, 0, 0, 3) == ACCEPTED
+    quad.run(6)
+    assert quad.where.down == pytest.approx(-3, abs=0.3)
+    assert quad.command(85) == ACCEPTED
+    assert quad.autopilot.mode.name == "LAND"
+
+
+def test_guided_flight_is_paused_and_goes_on(desk, texts):
+    quad = desk("quadcopter", profile="ardupilot")
+    quad.command(176, 1, 4)
+    quad.command(400, 1)
+    assert quad.command(193, 0) == FAILED, "on the ground"
+    assert "Failed to pause" in texts(quad.run(0.1))
+    quad.command(22, 0, 0, 0, 0, 0, 0, 5)
+    quad.run(5)
+    assert quad.command(193, 0) == FAILED, "taking off"
+    quad.run(5)
+    quad.send(quad.target(0xDF8, x=60, z=-5))
+    quad.run(3)
+    assert quad.command(193, 0) == ACCEPTED
+    quad.run(5)
+    stopped = quad.where
+    assert abs(stopped.v_north) < 0.05
+    assert 1 < stopped.north < 40
+    assert quad.command(193, 1) == ACCEPTED
+    quad.run(12)
+    assert quad.where.north == pytest.approx(60, abs=0.5)
+    assert quad.command(193, 2) == DENIED
+    quad.command(176, 1, 17)
+    assert quad.command(193, 0) == FAILED, "BRAKE has nothing to pause"
+
+
 @pytest.mark.parametrize("stack", STACKS)
 @pytest.mark.parametrize(
     ("command", "params"), [(300, ()), (300, (1, 2)), (224, (5,)), (224, (NAN,)), (300, (NAN,))]

@@ -64,8 +64,10 @@ MESSAGES: Mapping[int, Row] = {
     mav.MAVLINK_MSG_ID_RAW_IMU: Row(sensors.raw_imu, "milli-g, mrad/s, milligauss; no noise"),
     mav.MAVLINK_MSG_ID_SCALED_IMU: Row(sensors.scaled_imu, "no noise"),
     mav.MAVLINK_MSG_ID_SCALED_IMU2: Row(sensors.scaled_imu2, "the same"),
+    mav.MAVLINK_MSG_ID_SCALED_IMU3: Row(sensors.scaled_imu3, "the same"),
     mav.MAVLINK_MSG_ID_HIGHRES_IMU: Row(sensors.highres_imu, "no noise"),
     mav.MAVLINK_MSG_ID_SCALED_PRESSURE: Row(sensors.scaled_pressure, "standard atmosphere"),
+    mav.MAVLINK_MSG_ID_SCALED_PRESSURE2: Row(sensors.scaled_pressure2, "the same"),
     mav.MAVLINK_MSG_ID_VIBRATION: Row(sensors.vibration, "none", partly=True),
     mav.MAVLINK_MSG_ID_WIND: Row(sensors.wind, "none: disturbances are forces", partly=True),
     mav.MAVLINK_MSG_ID_WIND_COV: Row(

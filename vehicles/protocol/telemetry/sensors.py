@@ -56,6 +56,14 @@ def scaled_imu2(v: View) -> Message:
     return message
 
 
+def scaled_imu3(v: View) -> Message:
+    """Make SCALED_IMU3: and so does the third."""
+    message: Message = mav.MAVLink_scaled_imu3_message(
+        v.boot_ms, *imu(v).scaled(), temperature_cdeg(v)
+    )
+    return message
+
+
 def highres_imu(v: View) -> Message:
     """Make HIGHRES_IMU, in SI units, gauss and hPa."""
     felt, altitude = imu(v), v.altitude(v.k.down)
@@ -76,6 +84,14 @@ def highres_imu(v: View) -> Message:
 def scaled_pressure(v: View) -> Message:
     """Make SCALED_PRESSURE: the standard atmosphere at the vehicle's height."""
     message: Message = mav.MAVLink_scaled_pressure_message(
+        v.boot_ms, earth.pressure_hpa(v.altitude(v.k.down)), 0.0, temperature_cdeg(v)
+    )
+    return message
+
+
+def scaled_pressure2(v: View) -> Message:
+    """Make SCALED_PRESSURE2: the second barometer feels the same."""
+    message: Message = mav.MAVLink_scaled_pressure2_message(
         v.boot_ms, earth.pressure_hpa(v.altitude(v.k.down)), 0.0, temperature_cdeg(v)
     )
     return message
