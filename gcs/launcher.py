@@ -174,7 +174,7 @@ class Run:
         scenario, speed = self.scenario, self.options.speed
         period = 1.0 / scenario.team.rate_hz
         team, ticks = bus.latest("team"), bus.publisher("clock")
-        begun = time.monotonic()
+        begun = time.monotonic() if self.options.lockstep else started
         shown = begun
         pacer = Pacer(speed, period) if speed and isinstance(clock, Lockstep) else None
         try:

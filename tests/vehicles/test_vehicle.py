@@ -124,3 +124,13 @@ def test_a_configuration_that_cannot_be_is_refused(bad):
 def test_a_parameter_that_does_not_exist_is_named():
     with pytest.raises(ValueError, match="did you mean 'mass'"):
         Vehicle(VehicleConfig(kind="rover", system_id=1, params={"maas": 1.0}))
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4", "generic"])
+def test_a_list_of_parameters_brings_the_version_before_it_ends(desk, stack):
+    """DroneKit's `vehicle.version` and `capabilities`, as soon as it is ready."""
+    rover = desk("rover", autopilot=stack)
+    rover.send(mav.MAVLink_param_request_list_message(1, 1))
+    names = [m.get_type() for m in rover.run(0.3)]
+    assert "AUTOPILOT_VERSION" in names[: names.index("PARAM_VALUE") + 1]
+    assert names.count("PARAM_VALUE") >= len(rover.autopilot.parameters)

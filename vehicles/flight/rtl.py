@@ -5,22 +5,25 @@ from typing import TYPE_CHECKING
 
 from ..robot import AttitudeSetpoint, Setpoint, Vec3
 from .behaviour import HOLD
-from .land import Land
+from .land import Land, Stop
 from .rally import destination
 from .takeoff import CLOSE
 
 if TYPE_CHECKING:
     from .autopilot import Autopilot
 
+_STILL = Vec3()
+
 
 class CopterReturn:
-    """Climbs to RTL_ALT, flies home, waits RTL_LOIT_TIME, then lands or stops at RTL_ALT_FINAL."""
+    """Stops, climbs, flies home, waits RTL_LOIT_TIME, then lands or stops at RTL_ALT_FINAL."""
 
     lifts = False
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
         self._to = destination(autopilot)
+        self._stop = Stop(autopilot)
         self._leg: Vec3 | None = None  # where to climb to, then where to fly to
         self._home_since: float | None = None
         self._land: Land | None = None
@@ -39,6 +42,8 @@ class CopterReturn:
             return HOLD
         k, home, to = autopilot.robot.kinematics(), autopilot.home, self._to
         if self._leg is None:
+            if self._stop.is_under_way:
+                return Setpoint(velocity=_STILL)
             top = min(k.down - settings.rtl_climb_min, home.down - settings.rtl_height)
             top = min(k.down, max(top, home.down - autopilot.fence.safe_height))
             self._leg = Vec3(k.north, k.east, top)

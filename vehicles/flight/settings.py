@@ -87,6 +87,7 @@ class Settings:
     # GUIDED and OFFBOARD
     guided_timeout: float = 3.0  # s until a velocity target expires
     guided_options: int = 0  # mask: 8 takes SET_ATTITUDE_TARGET's thrust as thrust
+    targets_face_way: bool = False  # a copter's nose, where no yaw is given
     takeoff_height: float = 2.5  # m, when a takeoff names none
     cruise_speed: float = 0.0  # m/s, a rover's full throttle; 0: the robot's v_max
     offboard_loss_timeout: float = 1.0  # s without setpoints (PX4)

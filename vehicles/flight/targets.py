@@ -83,9 +83,9 @@ class Targets:
             setpoint = target.at(yaw_of(autopilot.robot.kinematics()[6:10]))
         if self._rules.avoids and autopilot.settings.fence.avoidance & 1:
             setpoint = within_fence(autopilot, setpoint)
-        return (
-            setpoint if isinstance(setpoint, AttitudeSetpoint) else autopilot.gaze.apply(setpoint)
-        )
+        if isinstance(setpoint, AttitudeSetpoint):
+            return setpoint
+        return autopilot.gaze.apply(setpoint, faces_way=autopilot.settings.targets_face_way)
 
     def _refuse(self, refusal: IllegalTarget) -> None:
         """Stop and hold, also while taking off, unless the target is only dropped."""

@@ -28,7 +28,11 @@ _LIMITS = grouped(
         "WPNAV_RADIUS", 200, (5, 10000), "This near a waypoint is reached",
         "settings.waypoint_radius", "cm", _CENTI,
     ),
-    fact(INT8, "WP_YAW_BEHAVIOR", 0, "Nose in AUTO and RTL", values={0: "Never change yaw"}),
+    choice(
+        "WP_YAW_BEHAVIOR", 0, "Nose in GUIDED without a yaw; AUTO faces the way, RTL does not",
+        "settings.targets_face_way",
+        {0: ("Never change yaw", False), 2: ("Face next waypoint except RTL", True)},
+    ),
     int16("ANGLE_MAX", 0, (100, 6800), "Lean angle", "tuning.tilt_limit", "cdeg", _CDEG),
     gain("ATC_SLEW_YAW", "yaw_rate_max", "Yaw rate in every mode", "cdeg/s", _CDEG),
     gain("PSC_VELXY_P", "position_d", "Horizontal: acceleration per velocity error", "1/s"),

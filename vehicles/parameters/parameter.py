@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite
+from math import copysign, isfinite
 
 from ...transport.mavlink import mav
 
@@ -14,6 +14,7 @@ REAL32: int = mav.MAV_PARAM_TYPE_REAL32
 
 _BITS = {INT8: 8, INT16: 16, INT32: 32}
 _FLOAT32 = struct.Struct("<f")
+_ROUNDING = 0.01  # what ArduPilot adds before it cuts off the fraction of an integer
 NAME_LENGTH = 16
 
 
@@ -93,7 +94,7 @@ class Parameter:
         if not isfinite(value):
             raise ParameterRefused(f"{self.name}: {value} is not a number to set")
         if self.is_integer:
-            value = float(round(value))
+            value = float(int(value + copysign(_ROUNDING, value)))
             half = 1 << (_BITS[self.type] - 1)
             low, high = max(self.low, -half), min(self.high, half - 1)
         else:

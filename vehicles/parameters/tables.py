@@ -27,6 +27,9 @@ PRESETS: Mapping[str, Mapping[str, object]] = {"px4": px4.PRESETS}
 SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYS_ID")
 """The parameters that show the system id."""
 
+_OF_PROFILE: Mapping[str, Mapping[str, float]] = {"ardupilot": {"WP_YAW_BEHAVIOR": 2.0}}
+"""Defaults that come with a gain profile."""
+
 _UNBOUNDED = 1e9  # the limit that `rows.gain` and `rows.constant` leave open
 _ANY = 1e6  # of a gain that usually is zero
 
@@ -40,6 +43,8 @@ def table(personality: str, kind: str, profile: str) -> tuple[Parameter, ...]:
         part, _, name = (parameter.follows or parameter.path).partition(".")
         if part in parts:
             parameter = _with_default(parameter, float(getattr(parts[part], name)))
+        if own := _OF_PROFILE.get(profile, {}).get(parameter.name):
+            parameter = replace(parameter, default=own)
         if personality == "px4" and parameter.is_integer:
             parameter = replace(parameter, type=INT32)  # PX4 knows no other integers
         rows.append(parameter)

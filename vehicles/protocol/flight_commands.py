@@ -15,7 +15,7 @@ from .command import ACCEPTED, DENIED, FAILED, UNSUPPORTED, Command, FlightRow
 
 FORCE = 21196  # the magic number that disarms in the air, and arms without checks
 FORCE_ARMING = 2989  # ArduPilot's own number for the latter
-_PAUSE = {0: True, 1: False}  # DO_PAUSE_CONTINUE
+_PAUSE = {0.0: True, 1.0: False}  # DO_PAUSE_CONTINUE
 _REPOSITION_CHANGES_MODE = 1
 _YAW_RATE = radians(60)  # of CONDITION_YAW without a rate, and the highest
 _WHOLE_TURN = 360.0  # degrees

@@ -17,7 +17,7 @@ from mavsdk.asyncio.plugins.offboard import (
 )
 from mavsdk.asyncio.plugins.telemetry import LandedState
 from mavsdk_drone import Drone, connected, until
-from mavsdk_lists import fence_in, fly_mission, pass_raw_lists
+from mavsdk_lists import RALLY_POINTS, fence_in, fly_mission, pass_raw_lists
 from mavsdk_questions import (
     identify,
     listen_to_everything,
@@ -100,17 +100,18 @@ async def fly_offboard(drone: Drone) -> None:
     fact(offboard_stopped=True, active_after=await offboard.is_active())
 
 
-async def come_home(drone: Drone) -> None:
-    """Hold, return, land, and be disarmed by the vehicle itself."""
+async def come_back(drone: Drone) -> None:
+    """Hold, return to the nearest rally point, land, and be disarmed by the vehicle itself."""
     action, telemetry = drone.action, drone.telemetry
     await action.hold()
     await action.return_to_launch()
     await until(telemetry.subscribe_flight_mode(), lambda m: m.name == "RETURN_TO_LAUNCH")
-    await until(telemetry.subscribe_position(), lambda p: drone.off(p, 0, 0) < 1)
+    north, east, _ = RALLY_POINTS[0]
+    await until(telemetry.subscribe_position(), lambda p: drone.off(p, north, east) < 1)
     await action.land()
     await until(telemetry.subscribe_landed_state(), lambda s: s == LandedState.ON_GROUND)
     await drone.be_disarmed()
-    fact(landed=True, off_home=drone.off(await telemetry.position(), 0, 0))
+    fact(landed=True, off_rally_point=drone.off(await telemetry.position(), north, east))
 
 
 async def arm_and_disarm(drone: Drone) -> None:
@@ -136,7 +137,7 @@ async def work(url: str, autopilot: str) -> None:
         await fly_by_stick(drone)
         await fly_offboard(drone)
         await fly_mission(drone)
-        await come_home(drone)
+        await come_back(drone)
         await arm_and_disarm(drone)
 
 

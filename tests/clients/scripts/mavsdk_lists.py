@@ -21,7 +21,8 @@ GLOBAL, RELATIVE, RELATIVE_INT = 0, 3, 6  # MAV_FRAME
 WAYPOINT, RETURN, TAKEOFF = 16, 20, 22  # MAV_CMD
 INCLUSION_VERTEX, EXCLUSION_CIRCLE, RALLY_POINT = 5001, 5004, 5100
 FENCE, RALLY = 1, 2  # MAV_MISSION_TYPE
-CORNERS = ((0, 0, 6), (0, 8, 6), (8, 8, 7), (8, 0, 6))  # m north, east, up
+RALLY_POINTS = ((5, 5, 10), (-5, 5, 12))  # m north, east, up
+CORNERS = ((0, 0, 6), (0, 8, 6), (8, 8, 7), (8, 0, 6))
 
 
 async def fly_mission(drone: Drone) -> None:
@@ -71,7 +72,7 @@ async def pass_raw_lists(drone: Drone) -> None:
     fact(fence_sent=_told(fence), fence_got=_told(await raw.download_geofence()))
     rally = [
         _raw(drone, i, RALLY_POINT, *at, frame=RELATIVE, kind=RALLY)
-        for i, at in enumerate(((5, 5, 10), (-5, 5, 12)))
+        for i, at in enumerate(RALLY_POINTS)
     ]
     await raw.upload_rally_points(rally)
     fact(rally_sent=_told(rally), rally_got=_told(await raw.download_rallypoints()))

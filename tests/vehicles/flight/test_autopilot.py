@@ -1,11 +1,11 @@
 """The vehicle arms, takes off and changes modes as its flight stack would, with our physics."""
 
 from itertools import product
-from math import inf, nan, pi
+from math import degrees, inf, nan, pi
 
 import pytest
 
-from mavherd.transport.frames import wrap_angle
+from mavherd.transport.frames import wrap_angle, yaw_of
 from mavherd.transport.mavlink import mav
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
@@ -639,6 +639,35 @@ def test_a_reboot_is_refused_while_armed_and_for_anything_but_1(quad, texts):
     assert any("armed" in text for text in texts(quad.run(0.1)))
     assert quad.vehicle.boots == 0
     assert quad.autopilot.armed
+
+
+@pytest.mark.parametrize("mode", ["LAND", "RTL"])
+def test_a_copter_stops_first_and_does_not_fly_back(desk, mode):
+    quad = desk("quadcopter", profile="ardupilot")
+    quad.fly()
+    quad.stream(quad.target(VELOCITY, vx=5), 4)
+    begun = quad.where.north
+    quad.mode(mode)
+    quad.run(4)
+    stopped = quad.where.north
+    assert begun + 2 < stopped < begun + 10
+    quad.run(2)
+    assert quad.where.north == pytest.approx(stopped, abs=0.3)
+
+
+@pytest.mark.parametrize(("behaviour", "expected"), [(None, 90), (0, 0)])
+def test_the_nose_faces_the_way_of_a_target_without_a_yaw(desk, behaviour, expected):
+    params = {} if behaviour is None else {"WP_YAW_BEHAVIOR": behaviour}
+    quad = desk("quadcopter", profile="ardupilot", params=params)
+    quad.fly()
+    quad.send(quad.target(POSITION, y=20, z=-3))
+    quad.run(8)
+    assert degrees(yaw_of(quad.where[6:10])) == pytest.approx(expected, abs=3)
+    quad.send(quad.target(0x9F8, y=20, z=-3, yaw=-1))
+    quad.run(5)
+    quad.send(quad.target(POSITION, y=20, z=-3))
+    quad.run(3)
+    assert yaw_of(quad.where[6:10]) == pytest.approx(-1, abs=0.05), "it stands still"
 
 
 def test_terminating_a_flight_stops_the_motors(quad):

@@ -829,6 +829,13 @@ def test_condition_yaw_lasts_until_the_next_target(flying):
 # DO_CHANGE_SPEED
 
 
+@pytest.mark.parametrize(("stack", "result"), [("ardupilot", FAILED), ("px4", ACCEPTED)])
+def test_a_rover_in_hold_has_no_speed_to_change_on_ardupilot(desk, stack, result):
+    rover = desk("rover", autopilot=stack)
+    rover.mode("HOLD")
+    assert rover.command(CHANGE_SPEED, 1, 0.3) == result
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("type_", [0, 1])
 @pytest.mark.parametrize("sent_as", ["long", "int"])

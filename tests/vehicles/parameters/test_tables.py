@@ -170,8 +170,11 @@ INT = Parameter(name="I", type=INT8, default=0, low=-5, high=100, text="an integ
 REAL = Parameter(name="R", type=REAL32, default=0, low=0, high=0.1, text="a number", unit="m")
 
 
-@pytest.mark.parametrize(("given", "kept"), [(3.0, 3), (3.4, 3), (3.6, 4), (-5.4, -5), (100, 100)])
-def test_integers_are_rounded(given, kept):
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [(3.0, 3), (3.4, 3), (3.9, 3), (3.995, 4), (-5.4, -5), (-0.995, -1), (-0.9, 0), (100, 100)],
+)
+def test_integers_are_cut_off_as_ardupilot_does(given, kept):
     assert INT.stored(given) == kept
 
 

@@ -144,9 +144,9 @@ def test_an_equal_value_is_echoed_too(desk):
     assert desk.set("RTL_ALT", 1500.0)[0][0].param_value == 1500
 
 
-def test_a_float_sent_to_an_integer_is_rounded(desk):  # DroneKit calls everything a float
+def test_a_float_sent_to_an_integer_is_cut_off(desk):  # DroneKit calls everything a float
     (echo,), _ = desk.set("RTL_ALT", 1234.6, REAL32)
-    assert (echo.param_value, echo.param_type) == (1235, INT32)
+    assert (echo.param_value, echo.param_type) == (1234, INT32)
 
 
 @pytest.mark.parametrize(
