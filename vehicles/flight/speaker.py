@@ -19,7 +19,8 @@ class Speaker:
     def say(self, text: str, severity: int, topic: str, now: float) -> None:
         """Send a STATUSTEXT; the same topic at most once a second.
 
-        Text beyond 50 characters goes out in chunks that carry an id (MAVLink 2).
+        Text beyond 50 characters goes out in chunks that carry an id (MAVLink 2); a chunk with
+        room left is the last one.
         """
         if now - self._said_at.get(topic, -_INTERVAL) < _INTERVAL:
             return
@@ -29,10 +30,12 @@ class Speaker:
                 return
         self._said_at[topic] = now
         data = text.encode("ascii", "replace")
-        chunks = [data[i : i + _CHUNK] for i in range(0, len(data), _CHUNK)] or [b""]
-        self._id = (self._id % 0xFFFF + 1) if len(chunks) > 1 else self._id
-        for number, chunk in enumerate(chunks):
-            text_id = self._id if len(chunks) > 1 else 0
+        text_id, end = 0, len(data)
+        if len(data) > _CHUNK:
+            text_id = self._id = self._id % 0xFFFF + 1
+            end += 1  # so that whole chunks are followed by an empty one
+        for number, start in enumerate(range(0, max(end, 1), _CHUNK)):
+            chunk = data[start : start + _CHUNK]
             self.waiting.append(mav.MAVLink_statustext_message(severity, chunk, text_id, number))
 
     def broadcast(self, message: Message) -> None:
