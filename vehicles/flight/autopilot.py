@@ -81,7 +81,7 @@ class Autopilot:
         self.now = 0.0
         self.home = Vec3(config.north, config.east, config.down)
         self.home_yaw = config.yaw
-        self.takeoff_height = settings.takeoff_height
+        self.takeoff_height: float | None = None  # that NAV_TAKEOFF gave mode TAKEOFF
         self.wants_reboot = False
         self.setpoint: Setpoint | AttitudeSetpoint = HOLD
         self.speaker = Speaker()
@@ -162,13 +162,16 @@ class Autopilot:
         if mode is self.mode:
             return
         self.mode = mode
+        if mode is not Mode.TAKEOFF:
+            self.takeoff_height = None
         self.robot.speed_limit = self.robot.climb_limit = self.robot.descent_limit = None
         self._begin()
         self.speaker.broadcast(self.heartbeat())
 
     def take_off(self, height: float) -> int:
-        """Climb to `height` metres above home, from where the vehicle stands."""
-        if not CLOSE < height < HIGHEST:
+        """Climb to `height` metres above home, from where the vehicle stands; never down."""
+        stands = self.home.down - self.robot.kinematics().down
+        if not (height < HIGHEST and height - stands > CLOSE):
             self.say(f"Takeoff: {height:g} m is out of range", mav.MAV_SEVERITY_WARNING, "takeoff")
             return FAILED
         if self.in_air:
@@ -209,8 +212,8 @@ class Autopilot:
         self.speaker.urgent.add(mav.MAVLINK_MSG_ID_HOME_POSITION)
 
     def say(self, text: str, severity: int = mav.MAV_SEVERITY_INFO, topic: str = "") -> None:
-        """Send a STATUSTEXT to everybody; the same text (or topic) at most once a second."""
-        self.speaker.say(text, severity, topic or text, self.now)
+        """Send a STATUSTEXT to everybody; what streams provoke has a topic, said once a second."""
+        self.speaker.say(text, severity, topic, self.now)
 
     def introduction(self) -> list[str]:
         """Return the texts by which ArduPilot introduces itself when parameters are listed."""

@@ -167,6 +167,7 @@ class Fence:
         depths = self._depths(Vec3(k.north, k.east, k.down))
         news = self.breaches.note(depths, autopilot.now)
         if not autopilot.armed:
+            self._led_to, self._quiet_until = None, 0.0  # the next flight begins anew
             return
         if self._led_to not in (None, autopilot.mode) and self.breaches.mask:
             self._led_to = None

@@ -11,15 +11,15 @@ STREAM_GROUPS = (
     "RAW_SENS",
     "EXT_STAT",
     "RC_CHAN",
-    "RAW_CTRL",
     "POSITION",
     "EXTRA1",
     "EXTRA2",
     "EXTRA3",
-    "PARAMS",
-    "ADSB",
 )
-"""ArduPilot's groups of telemetry messages, as `SRn_...` and MAV_DATA_STREAM name them."""
+"""ArduPilot's groups of telemetry messages, as `SRn_...` and MAV_DATA_STREAM name them.
+
+Those of which we have no message are left out.
+"""
 
 STREAM_CHANNELS = 4
 """SR0_ to SR3_: the first four links; later ones use the last."""
@@ -52,7 +52,6 @@ class Fence:
     floor: float = -10.0  # m above home, the lowest height
     margin: float = 2.0  # m below `height` that RTL keeps, and before the edge that a rover stops
     avoidance: int = 3  # mask: 1 a rover in GUIDED brakes before the fence
-    total: int = 0  # items of the fence list; the missions write it
 
 
 @dataclass(slots=True)

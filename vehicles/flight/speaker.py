@@ -3,7 +3,8 @@
 from ...transport.mavlink import Message, mav
 
 _CHUNK = 50  # characters in a STATUSTEXT
-_INTERVAL = 1.0  # s between equal texts
+_INTERVAL = 1.0  # s between two texts on one topic
+_REPEAT = 0.1  # s between equal texts without one: each refusal has its reason
 _MAX_TOPICS = 32  # different texts within that time
 
 
@@ -17,12 +18,14 @@ class Speaker:
         self._id = 0
 
     def say(self, text: str, severity: int, topic: str, now: float) -> None:
-        """Send a STATUSTEXT; the same topic at most once a second.
+        """Send a STATUSTEXT: once a second on a topic, ten times without one the same text.
 
         Text beyond 50 characters goes out in chunks that carry an id (MAVLink 2); a chunk with
         room left is the last one.
         """
-        if now - self._said_at.get(topic, -_INTERVAL) < _INTERVAL:
+        pause = _INTERVAL if topic else _REPEAT
+        topic = topic or text
+        if now - self._said_at.get(topic, -_INTERVAL) < pause:
             return
         if len(self._said_at) >= _MAX_TOPICS:
             self._said_at = {t: at for t, at in self._said_at.items() if now - at < _INTERVAL}

@@ -33,11 +33,13 @@ class Takeoff:
 
 
 class TakeoffMode:
-    """PX4's TAKEOFF: climbs to the height asked for, then stays there in HOLD."""
+    """PX4's TAKEOFF: climbs to the height asked for or the usual one, then stays in HOLD."""
 
     def __init__(self, autopilot: "Autopilot") -> None:
         self._autopilot = autopilot
-        self._climb = Takeoff(autopilot, autopilot.takeoff_height)
+        height = autopilot.takeoff_height
+        usual = autopilot.settings.takeoff_height
+        self._climb = Takeoff(autopilot, usual if height is None else height)
         self.lifts, self.lands = True, False
 
     def update(self) -> Setpoint:

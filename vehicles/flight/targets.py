@@ -8,6 +8,7 @@ from ..robot import AttitudeSetpoint, Setpoint, Vec3
 from .attitude_target import AttitudeTarget, parse_attitude
 from .avoidance import within_fence
 from .behaviour import HOLD
+from .modes import Mode
 from .position_target import Here, IllegalTarget, PositionTarget, along, parse, rules_of, to_place
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ class Targets:
             self._refuse(refusal)
         else:
             self.current = target
-            self._free_nose(target)
+            if autopilot.mode is Mode.GUIDED:  # a stream before OFFBOARD turns nobody's head
+                self._free_nose(target)
             self._expires_from = self.heard_at = autopilot.now
 
     def go_to(self, position: Vec3, yaw: float | None = None) -> None:

@@ -199,12 +199,11 @@ STREAMS = [
                 f"SR{channel}_{group}",
                 0,
                 (-1, 100),
-                f"Rate of {_STREAMS[group]}: 0 leaves each message at this vehicle's own rate,"
-                " -1 sends none",
-                f"settings.stream_rates.{channel}.{group}",
+                f"Rate of {what}: 0 leaves each message at this vehicle's own rate, -1 sends none",
+                f"settings.stream_rates.{channel}.{group}" if group in STREAM_GROUPS else "",
                 "Hz",
             )
-            for group in STREAM_GROUPS
+            for group, what in _STREAMS.items()
         ),
     )
 ]
@@ -241,9 +240,8 @@ HOUSEKEEPING = [
             "HERD_BATT_CHARGE",
             1,
             (0, 1),
-            "Charge of the battery at the start",
+            "Charge of the battery: setting it puts in another one",
             "settings.battery.charge",
-            reboot=True,
         ),
         fact(INT16, "SIM_RATE_HZ", 500, "Steps of the physics", unit="Hz"),
     ),

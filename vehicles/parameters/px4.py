@@ -14,7 +14,7 @@ PRESETS: Mapping[str, object] = {
     "settings.fence.enabled": True,  # a distance of 0 switches it off
     "settings.fence.types": 7,
     "settings.landed_disarm_delay": 2.0,
-    "settings.guided_timeout": 1.0,
+    "settings.rally_limit": 0.0,
 }
 """Settings that PX4 has no parameter for, or where a vehicle of its begins elsewhere."""
 
@@ -189,7 +189,10 @@ _MULTICOPTER = grouped(
     ),
     real("MPC_MAN_Y_MAX", 150, (1, 360), "Yaw rate of a full stick", "settings.pilot_yaw_rate",
          "deg/s", _DEG),
-    real("MPC_HOLD_DZ", 0.1, (0, 0.3), "Dead zone of the sticks", "settings.throttle_deadzone"),
+    real(
+        "MPC_HOLD_DZ", 0.1, (0, 0.3), "Dead zone of the throttle stick",
+        "settings.throttle_deadzone",
+    ),
 )  # fmt: skip
 
 _RETURN = grouped(
@@ -202,7 +205,7 @@ _RETURN = grouped(
     real(
         "RTL_LAND_DELAY", 0, (0, 600), "Wait above home", "settings.rtl_loiter_time", "s"
     ),
-    fact(INT32, "RTL_TYPE", 0, "Where to return to", values={0: "Home"}),
+    fact(INT32, "RTL_TYPE", 0, "Where to return to", values={0: "Home, or a nearer rally point"}),
     real(
         "MIS_TAKEOFF_ALT", 2.5, (0.3, 1000), "Height of a takeoff that names none",
         "settings.takeoff_height", "m",

@@ -175,8 +175,8 @@ def _terminate(a: Autopilot, c: Command) -> int:
 def _reboot(a: Autopilot, c: Command) -> int:
     if c.params[0] != _REBOOT:
         return UNSUPPORTED
-    if a.armed:
-        a.say("Reboot refused: armed", mav.MAV_SEVERITY_WARNING)
+    if a.armed or a.in_air:
+        a.say(f"Reboot refused: {'armed' if a.armed else 'in the air'}", mav.MAV_SEVERITY_WARNING)
         return FAILED
     a.wants_reboot = True
     return ACCEPTED
@@ -262,7 +262,8 @@ FLIGHT_COMMANDS: dict[int, FlightRow] = {
     mav.MAV_CMD_DO_FLIGHTTERMINATION: FlightRow(_terminate, "stops the motors at once"),
     mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: FlightRow(
         _reboot,
-        "param1 = 1 while disarmed: new parameters count, time begins anew; else UNSUPPORTED",
+        "param1 = 1 while disarmed on the ground: new parameters count, time begins anew;"
+        " else UNSUPPORTED",
         partly=True,
     ),
 }

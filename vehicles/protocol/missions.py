@@ -143,16 +143,11 @@ class MissionService:
         if problem := check_list(items, kind):
             self._autopilot.say(problem.capitalize(), mav.MAV_SEVERITY_WARNING)
             return [_ack(m, ERROR)]
-        self._replace(kind, items)
+        self._store.replace(kind, items)
         if kind is MissionType.MISSION and not upload.partial and not self._is_flying_it():
             self._store.progress.begin_again()
         self._autopilot.say(_RECEIVED[kind])
         return [_ack(m, ACCEPTED)]
-
-    def _replace(self, kind: MissionType, items: Sequence[Item]) -> None:
-        self._store.replace(kind, items)
-        if kind is MissionType.FENCE:
-            self._autopilot.settings.fence.total = len(items)
 
     def _request(self, upload: Upload) -> Message:
         make = (
@@ -224,7 +219,7 @@ class MissionService:
         if self._under_way() is not None or (mission and self._is_flying_it()):
             return [_ack(m, ERROR)]
         for kind in kinds:
-            self._replace(kind, ())
+            self._store.replace(kind, ())
         if mission:
             self._store.progress.begin_again()
         return [_ack(m, ACCEPTED)]

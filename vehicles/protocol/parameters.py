@@ -18,7 +18,7 @@ HASH_CHECK = "_HASH_CHECK"
 """PX4's checksum of all values: a ground station that knows it needs no list."""
 
 _BURST = 20  # values in one call of `due`
-_PATIENCE = 20  # reads and sets that are answered between two calls of `due`
+_PATIENCE = 100  # reads and sets that are answered between two calls of `due`
 _BANNER_INTERVAL = 1.0  # s
 _NO_INDEX = 65535
 _UINT32: int = mav.MAV_PARAM_TYPE_UINT32

@@ -56,7 +56,6 @@ GROUPS: Mapping[str, tuple[int, ...]] = {
         mav.MAVLINK_MSG_ID_RC_CHANNELS,
         mav.MAVLINK_MSG_ID_RC_CHANNELS_RAW,  # by which DroneKit knows the channels
     ),
-    "RAW_CTRL": (),
     "POSITION": (
         mav.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
         mav.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
@@ -85,7 +84,6 @@ DATA_STREAMS: Mapping[int, tuple[str, ...]] = {
     mav.MAV_DATA_STREAM_RAW_SENSORS: ("RAW_SENS",),
     mav.MAV_DATA_STREAM_EXTENDED_STATUS: ("EXT_STAT",),
     mav.MAV_DATA_STREAM_RC_CHANNELS: ("RC_CHAN",),
-    mav.MAV_DATA_STREAM_RAW_CONTROLLER: ("RAW_CTRL",),
     mav.MAV_DATA_STREAM_POSITION: ("POSITION",),
     mav.MAV_DATA_STREAM_EXTRA1: ("EXTRA1",),
     mav.MAV_DATA_STREAM_EXTRA2: ("EXTRA2",),

@@ -641,6 +641,51 @@ def test_a_reboot_is_refused_while_armed_and_for_anything_but_1(quad, texts):
     assert quad.autopilot.armed
 
 
+def test_a_reboot_is_refused_in_the_air_where_it_would_stand_on_nothing(quad, texts):
+    quad.fly(10)
+    assert quad.command(ARM, 0, 21196) == ACCEPTED
+    quad.run(0.3)
+    assert quad.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == FAILED
+    assert "Reboot refused: in the air" in texts(quad.run(0.1))
+    quad.run(5)
+    assert quad.where.down == 0, "it has fallen"
+    assert quad.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == ACCEPTED
+
+
+def test_a_takeoff_to_below_where_the_vehicle_stands_fails(quad):
+    quad.autopilot.set_home(quad.autopilot.home._replace(down=50.0))  # it stands on a hill
+    assert quad.command(SET_MODE, 1, quad.guided) == ACCEPTED
+    assert quad.arm() == ACCEPTED
+    assert quad.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 5) == FAILED
+    assert quad.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 53) == ACCEPTED
+    quad.run(6)
+    assert quad.where.down == pytest.approx(-3, abs=0.3)
+
+
+def test_px4s_mode_takeoff_climbs_to_the_parameter_unless_the_command_has_said(desk):
+    quad = desk("quadcopter", autopilot="px4")
+    amsl = quad.autopilot.origin.alt_m + 10
+    assert quad.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, amsl) == ACCEPTED
+    assert quad.mode("HOLD") == ACCEPTED, "somebody has changed his mind"
+    quad.autopilot.parameters.set("MIS_TAKEOFF_ALT", 4)
+    assert quad.mode("TAKEOFF") == ACCEPTED
+    assert quad.arm() == ACCEPTED
+    quad.run(10)
+    assert quad.where.down == pytest.approx(-4, abs=0.3)
+
+
+def test_px4s_targets_outside_offboard_leave_the_nose_alone(desk):
+    quad = desk("quadcopter", autopilot="px4")
+    assert quad.mode("TAKEOFF") == ACCEPTED
+    assert quad.arm() == ACCEPTED
+    quad.run(8)
+    assert quad.autopilot.mode.name == "HOLD"
+    quad.autopilot.gaze.look_at(quad.autopilot.home._replace(east=30.0))
+    quad.stream(quad.target(0x9C7, vx=1.0, yaw=-1.0), 1)
+    nose = quad.autopilot.gaze.apply(quad.autopilot.behaviour.update()).yaw
+    assert nose == pytest.approx(1.57, abs=0.01), "still at its region of interest"
+
+
 @pytest.mark.parametrize("mode", ["LAND", "RTL"])
 def test_a_copter_stops_first_and_does_not_fly_back(desk, mode):
     quad = desk("quadcopter", profile="ardupilot")

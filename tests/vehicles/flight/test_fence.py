@@ -219,6 +219,20 @@ def test_landing_through_the_floor_is_no_breach(quad, texts):
     assert not quad.autopilot.armed
 
 
+def test_a_landing_outside_does_not_quieten_the_next_flight(quad, texts):
+    put(quad, FENCE_ENABLE=1, FENCE_RADIUS=5, FENCE_ACTION=2)
+    quad.fly(3)
+    push(quad, 6, vx=1.4)
+    assert mode(quad) == LAND
+    quad.run(15)
+    assert not quad.autopilot.armed
+    quad.autopilot.set_home(quad.autopilot.home._replace(north=quad.where.north))
+    quad.run(1)
+    quad.fly(3)
+    assert "Circle fence breached" in texts(push(quad, 8, vx=1.4))
+    assert mode(quad) == LAND
+
+
 def test_a_disarmed_vehicle_outside_says_nothing_and_may_not_arm(quad, texts):
     quad.autopilot.set_home(Vec3(100.0, 0.0, 0.0))
     put(quad, FENCE_ENABLE=1, FENCE_RADIUS=30)

@@ -7,7 +7,7 @@ from mavherd.vehicles.flight.speaker import Speaker
 
 def said(text):
     speaker = Speaker()
-    speaker.say(text, 6, text, now=1.0)
+    speaker.say(text, 6, "", now=1.0)
     return speaker.take()
 
 
@@ -32,3 +32,10 @@ def test_equal_topics_are_said_once_a_second():
     for tenth in range(25):
         speaker.say(f"now {tenth}", 6, "time", now=tenth / 10)
     assert [m.text for m in speaker.take()] == ["now 0", "now 10", "now 20"]
+
+
+def test_a_refusal_is_repeated_with_its_reason_but_no_flood():
+    speaker = Speaker()
+    for tick in range(100):
+        speaker.say("Arm: no", 6, "", now=tick / 100)
+    assert 9 <= len(speaker.take()) <= 10

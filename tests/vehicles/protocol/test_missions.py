@@ -159,7 +159,7 @@ def test_fence_and_rally_are_lists_of_their_own(ground):
     assert ground.upload((POINT,), RALLY) == ACCEPTED
     assert [len(ground.download(kind)) for kind in (MISSION, FENCE, RALLY)] == [5, 3, 1]
     assert [m.command for m in ground.download(FENCE)] == [5001] * 3
-    assert ground.vehicle.settings.fence.total == 3
+    assert ground.vehicle.parameters["FENCE_TOTAL"] == 3
 
 
 @pytest.mark.parametrize(

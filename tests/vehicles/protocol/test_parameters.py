@@ -180,12 +180,12 @@ def test_a_value_that_cannot_be_kept_counts_and_says_so(desk):
 
 def test_a_flood_is_cheap_and_ends_with_its_slice(desk):
     asked = [mav.MAVLink_param_request_read_message(7, 1, b"RTL_ALT", -1)] * 500
-    assert 0 < len(desk.send(*asked)) <= 30
+    assert 50 <= len(desk.send(*asked)) <= 100, "a whole page of a ground station, no more"
     sets = [
         mav.MAVLink_param_set_message(7, 1, b"RTL_ALT", 2000 + i % 2, REAL32) for i in range(500)
     ]
     desk.send(*sets)
-    assert len(desk.broadcasts) <= 30
+    assert len(desk.broadcasts) <= 100
     desk.send(*[ask_list()] * 500)
     assert desk.banners == 1
     assert len(desk.due()) <= 30
