@@ -153,6 +153,8 @@ class Arming:
             return "Mode requires mission"
         if autopilot.in_air:
             return "in the air"
+        if autopilot.wants_reboot:
+            return "rebooting"
         if mode is Mode.GUIDED and autopilot.lacks_stream:
             return "Offboard needs setpoints"
         return None

@@ -70,6 +70,11 @@ class Command:
         return int(self.number_at(index))
 
     @property
+    def is_global(self) -> bool:
+        """Whether the command counts in a global frame."""
+        return self.frame in _AMSL or self.frame in _ABOVE_HOME
+
+    @property
     def is_amsl(self) -> bool:
         """Whether the altitude counts from the sea."""
         return self.frame in _AMSL

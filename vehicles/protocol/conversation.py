@@ -121,8 +121,8 @@ class Conversation:
         sender = message.get_srcSystem(), message.get_srcComponent()
         if sender == (self._system_id, AUTOPILOT_COMPONENT):
             return False
-        settings = self._autopilot.settings
-        if settings.gcs_enforced and sender[0] != settings.gcs_system_id:
+        settings, is_outside = self._autopilot.settings, self.channel is not None
+        if settings.gcs_enforced and is_outside and sender[0] != settings.gcs_system_id:
             return False
         if getattr(message, "target_system", 0) not in (0, self._system_id):
             return False

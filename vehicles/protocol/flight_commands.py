@@ -39,6 +39,8 @@ def _takeoff(a: Autopilot, c: Command) -> int:
     stack, height = a.personality, c.z
     if c.frame != mav.MAV_FRAME_GLOBAL_RELATIVE_ALT and not stack.takeoff_in_any_frame:
         return DENIED
+    if not c.is_global:
+        return DENIED
     if stack.altitudes_are_amsl or c.is_amsl:
         height += a.home.down - a.origin.alt_m
     if stack.altitudes_are_amsl and (isnan(height) or height <= 0):

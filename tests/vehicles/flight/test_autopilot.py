@@ -629,6 +629,13 @@ def test_a_reboot_keeps_links_place_parameters_and_missions(desk, of):
     assert rover.command(SET_MODE, 1, ROVER["HOLD"]) == ACCEPTED
 
 
+def test_nothing_is_armed_that_is_about_to_reboot(quad):
+    assert quad.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == ACCEPTED
+    assert quad.command(ARM, 1) == FAILED
+    quad.run(0.02)
+    assert quad.command(ARM, 1) == ACCEPTED
+
+
 def test_a_reboot_is_refused_while_armed_and_for_anything_but_1(quad, texts):
     reboot = mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
     for value in (0, 2, 3, nan, inf, 0.5):

@@ -531,3 +531,11 @@ def test_a_thousand_mode_changes_at_once_are_one_heartbeat_and_few_texts(desk):
     names = [m.get_type() for m in vehicle.run(0.01)]
     assert names.count("HEARTBEAT") <= 2
     assert 1 <= names.count("STATUSTEXT") <= 40
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4", "generic"])
+def test_a_takeoff_in_a_local_frame_is_denied(desk, autopilot):
+    quad = desk("quadcopter", autopilot=autopilot)
+    takeoff = mav.MAVLink_command_int_message(1, 1, 1, 22, 0, 0, 0, 0, 0, 0, 0, 0, 500)
+    (ack,) = quad.send(takeoff)
+    assert ack.result == mav.MAV_RESULT_DENIED
