@@ -65,7 +65,7 @@ class Vehicle:
     def end(self) -> None:
         """Stop the process; it must have lived until now, without a complaint."""
         alive = self.process.poll() is None
-        self.process.send_signal(signal.SIGINT)
+        self.process.send_signal(signal.SIGTERM)
         try:
             self.process.wait(PATIENCE)
         except subprocess.TimeoutExpired:

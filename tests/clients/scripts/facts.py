@@ -1,6 +1,7 @@
 """What every client script needs: to tell what it has seen, and to measure places."""
 
 import json
+import os
 import time
 from math import cos, hypot, radians
 
@@ -9,8 +10,13 @@ _STARTED = time.monotonic()
 
 
 def fact(**facts: object) -> None:
-    """Print one line of JSON for the test that has started this script."""
-    print(json.dumps({**facts, "at_s": round(time.monotonic() - _STARTED, 1)}), flush=True)
+    """Print one line of JSON for the test that has started this script.
+
+    In one write and on a line of its own: MAVSDK logs to the same pipe from its own threads, and
+    writes its lines in pieces.
+    """
+    line = json.dumps({**facts, "at_s": round(time.monotonic() - _STARTED, 1)})
+    os.write(1, f"\n{line}\n".encode())
 
 
 def offset(lat: float, lon: float, north: float, east: float) -> tuple[float, float]:
