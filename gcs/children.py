@@ -53,6 +53,11 @@ class Child:
             code = self.process.wait()
         return code
 
+    def terminate(self) -> None:
+        """Ask the process to end at once."""
+        with suppress(ProcessLookupError):
+            self.process.terminate()
+
     def kill(self) -> None:
         """Kill the process and everything it has started."""
         with suppress(ProcessLookupError):

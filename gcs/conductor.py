@@ -5,9 +5,9 @@ import socket
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
-from ..transport.channel import Channel, ChannelClosed
+from ..transport.channel import ChannelClosed
 from ..transport.errors import VehicleError
 from ..transport.links import patience
 from ..vehicles.process import DONE, GRANT, LIVENESS_S
@@ -33,13 +33,45 @@ class VehicleHandle:
     late: int = 0
 
 
+class Partner(Protocol):
+    """The conductor's end of its conversation with a coordinator.
+
+    A process's is a `Channel`. A script's is in our own process: it does the whole tick in `send`,
+    so it comes last in the list of coordinators, when all others have their grants.
+    """
+
+    @property
+    def socket(self) -> socket.socket:
+        """What to wait on."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Whether nobody is there any more and nothing is left to read."""
+        ...
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Send one object; raise ChannelClosed when nobody is there any more."""
+        ...
+
+    def receive(self, timeout: float | None = None) -> dict[str, Any] | None:
+        """Return the next object, None after `timeout` seconds without one."""
+        ...
+
+    def close(self) -> None:
+        """End the conversation."""
+        ...
+
+
 @dataclass(slots=True)
 class CoordinatorHandle:
-    """The conductor's end of one coordinator process."""
+    """The conductor's end of one coordinator."""
 
     name: str
-    channel: Channel
+    channel: Partner
     vehicles: list[VehicleHandle]
+    external: bool = False  # it has external vehicles, too
+    prepared: bool = True  # and those may be steered now
     finished: bool = False
     heard_at: float = 0.0  # on the monotonic clock
     late: int = 0
@@ -57,11 +89,18 @@ class Clock:
     now: float = 0.0  # s of fleet time
     ticks: int = 0
     late: int = 0
+    prepared_at: float | None = None  # s, when all external vehicles were ready; 0 without any
 
     @property
     def finished(self) -> bool:
         """Whether every coordinator's mission is over."""
         return all(c.finished for c in self.coordinators)
+
+    def expired(self, duration: float) -> bool:
+        """Return whether the run has gone on for `duration` seconds since all were prepared."""
+        if self.prepared_at is None and all(c.prepared for c in self.coordinators):
+            self.prepared_at = self.now
+        return self.prepared_at is not None and self.now >= self.prepared_at + duration - 1e-9
 
     def take(self, coordinator: CoordinatorHandle, message: dict[str, Any]) -> None:
         """Take in what a coordinator says; raise VehicleError when it gives up."""
@@ -70,6 +109,7 @@ class Clock:
         if error := message.get("error"):
             raise VehicleError(error)
         coordinator.finished = message.get("finished", coordinator.finished)
+        coordinator.prepared = message.get("prepared", coordinator.prepared)
         coordinator.late = message.get("late", coordinator.late)
         coordinator.ticks = message.get("ticks", coordinator.ticks)
 

@@ -1,8 +1,9 @@
-"""The process around one coordinator: its vehicles' sockets, its Zenoh session, its pace.
+"""The process around one coordinator: its pace, and its end.
 
 Run by the launcher as `python -m mavherd.gcs.coordinator_process FD`; the first line on the
 channel FD is a `Job`. In lockstep each further line grants one tick and is answered when the tick
-is done; free-running, lines go out when there is something to tell. End-of-file means stop.
+is done; free-running, lines go out when there is something to tell. End-of-file means stop: our own
+vehicles are left to whoever ends their processes, external ones are brought to rest first.
 """
 
 import gc
@@ -10,38 +11,23 @@ import select
 import signal
 import socket
 import sys
+import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..scenarios.loader import load_scenario
-from ..transport.bus import Bus, Mailbox, Publisher
+from ..transport.bus import Bus
 from ..transport.channel import Channel, ChannelClosed
-from ..transport.errors import MavherdError, VehicleError
-from ..transport.links import patience
-from ..transport.tlog import TlogWriter
-from ..transport.wire import (
-    VehicleState,
-    WireError,
-    pack_state,
-    pack_target,
-    pack_team,
-    unpack_state,
-)
-from ..vehicles.config import SIMULATED_EPOCH_US
+from ..transport.errors import MavherdError
 from ..vehicles.nursery import GC_THRESHOLD
-from ..vehicles.process import LIVENESS_S
-from .coordinator import Coordinator
+from .exchange import REPEAT_S
+from .ground import Ground
 
-_DATAGRAM = 65535
-_REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
 _SIGN_OF_LIFE_S = 1.0  # free-running, the launcher hears from us at least so often
 _MAX_LAG_S = 0.5
-_LOOK_EVERY = 10  # ticks between two looks at who listens
-TARGET_HZ = 5  # on the bus, for those who watch; the vehicles get every one
-_PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,193 +37,104 @@ class Job:
     folder: str  # the run folder; holds scenario.yaml
     run_id: str
     endpoint: str  # of the Zenoh router
-    own: dict[str, int]  # vehicle name -> file descriptor of its socket
+    own: dict[str, int | None]  # vehicle name -> file descriptor of its socket; None: external
     lockstep: bool
     started: float = 0.0  # time.monotonic() at which fleet time was 0, free-running
 
 
 class CoordinatorProcess:
-    """Drives a `Coordinator` with real sockets and a real bus."""
+    """Serves the launcher's channel: a tick for each grant, or one after another by itself."""
 
     def __init__(self, job: Job, bus: Bus) -> None:
         scenario = load_scenario(Path(job.folder) / "scenario.yaml")
-        own = tuple(job.own)
         self.job = job
-        self.sockets = {name: socket.socket(fileno=fd) for name, fd in job.own.items()}
-        self.tlogs = {
-            name: TlogWriter(Path(job.folder) / "vehicles" / name / f"{name}.tlog") for name in own
-        }
-        epoch = SIMULATED_EPOCH_US if job.lockstep else round(time.time() * 1e6)
-        taps = {
-            name: lambda frame, now, log=log: log.write(epoch + round(now * 1e6), frame)
-            for name, log in self.tlogs.items()
-        }
-        self.core = Coordinator(scenario, own, taps)
-        self.alone = len(own) == len(scenario.robots)
+        self.ground = Ground(
+            scenario,
+            {n: None if fd is None else socket.socket(fileno=fd) for n, fd in job.own.items()},
+            folder=Path(job.folder),
+            bus=bus,
+            lockstep=job.lockstep,
+            started=job.started,
+        )
+        self.core = self.ground.core
         self.late = 0
         self._period = 1.0 / scenario.team.rate_hz
-        self._target_every = max(1, round(scenario.team.rate_hz / TARGET_HZ))
-        self._bus = bus
-        self._states = {n: bus.publisher(f"vehicle/{n}/state") for n in own}
-        self._targets = {n: bus.publisher(f"vehicle/{n}/target") for n in own}
-        self._team: Publisher | None = bus.publisher("team") if self.alone else None
-        self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
-        self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
-        self._packed: dict[str, bytes] = {}  # our states of this tick
-        self._followed: set[str] = set()  # whose states somebody listens to
-        self._watched: set[str] = set()  # and whose targets
-        self._present = dict.fromkeys(own, True)
-        self._tick = 0
+        self._ticks = 0
 
     def run_lockstep(self, channel: Channel) -> None:
         """Serve one tick for each line until end-of-file."""
-        for sock in self.sockets.values():
-            patience(sock, LIVENESS_S)
+        exchange = self.ground.exchange
         while True:
-            grant = channel.receive(None if self.alone else _REPEAT_S)
+            grant = channel.receive(None if exchange.alone else REPEAT_S)
             if grant is None:  # somebody may wait for a state of ours that it has missed
-                self._repeat()
+                exchange.repeat()
                 continue
-            now = grant["until_us"] * 1e-6
-            for (name, sock), expected in zip(self.sockets.items(), grant["expect"], strict=True):
-                for _ in range(expected):
-                    try:
-                        self.core.receive(name, sock.recv(_DATAGRAM), now)
-                    except BlockingIOError:
-                        raise VehicleError(
-                            f"a datagram of {name} was lost at {now:.2f} s"
-                        ) from None
-            self._check_continuity()
-            sent = self._exchange_and_tick(now)
-            channel.send(
-                {
-                    "sent": [sent[name] for name in self.sockets],
-                    "events": self.core.take_events(),
-                    "finished": self.core.finished,
-                }
-            )
+            channel.send(self.ground.serve_grant(grant))
 
     def run_free(self, channel: Channel) -> None:
         """Tick with the wall clock until end-of-file."""
-        by_socket = {sock: name for name, sock in self.sockets.items()}
-        for sock in by_socket:
-            sock.setblocking(False)
+        told: tuple[bool, bool] | None = None
+        speak_by = 0.0
+        for _ in self._tick_by_wall_clock(channel):
+            events, core = self.core.take_events(), self.core
+            if events or told != (core.prepared, core.finished) or time.monotonic() > speak_by:
+                told = core.prepared, core.finished
+                speak_by = time.monotonic() + _SIGN_OF_LIFE_S
+                channel.send(
+                    {
+                        "events": events,
+                        "prepared": core.prepared,
+                        "finished": core.finished,
+                        "late": self.late,
+                    }
+                )
+
+    def bring_to_rest(self, channel: Channel) -> None:
+        """Leave no external vehicle under way. SIGTERM says: now, with what was sent so far."""
+        core = self.core
+        if not any(member.spec.external for member in core.members.values()):
+            return
+        core.come_to_rest(self._now, "hold" if core.finished else core.scenario.team.at_end)
+        impatient = threading.Event()
+        signal.signal(signal.SIGTERM, lambda *_: impatient.set())
+        for _ in self._tick_by_wall_clock():
+            with suppress(ChannelClosed):  # the launcher may be dead: that is why we do this
+                channel.send({"events": core.take_events()})
+            if core.at_rest or impatient.is_set():
+                return
+
+    def _tick_by_wall_clock(self, channel: Channel | None = None) -> Iterator[None]:
+        """Tick, and yield after each tick, until end-of-file on `channel`."""
         due = time.monotonic()
-        told, speak_by = False, 0.0
         while True:
             due += self._period
             while (wait := due - time.monotonic()) > 0:
-                ready, _, _ = select.select([channel.socket, *by_socket], [], [], wait)
-                if channel.socket in ready:
+                others = [channel.socket] if channel else []
+                ready, _, _ = select.select([*others, *self.ground.sockets()], [], [], wait)
+                if channel and channel.socket in ready:
                     return  # nothing but end-of-file comes here
-                self._drain(by_socket[sock] for sock in ready)
-            self._drain(self.sockets)
-            self._exchange_and_tick(time.monotonic() - self.job.started)
-            events, finished = self.core.take_events(), self.core.finished
-            if events or finished != told or time.monotonic() > speak_by:
-                told = finished
-                speak_by = time.monotonic() + _SIGN_OF_LIFE_S
-                channel.send({"events": events, "finished": finished, "late": self.late})
+                self.ground.drain(self._now, ready)
+            self.ground.tick_free(self._now)
+            yield
             lag = time.monotonic() - due
-            self._tick += 1
+            self._ticks += 1
             if lag < _MAX_LAG_S:
                 self.late += lag > self._period
             else:
                 self.late += int(lag / self._period)
                 due += lag
 
+    @property
+    def _now(self) -> float:
+        return time.monotonic() - self.job.started
+
     def facts(self) -> dict[str, int]:
         """Return what the report wants to know at the end."""
-        return {"late": self.late, "ticks": self._tick}
+        return {"late": self.late, "ticks": self._ticks}
 
     def close(self) -> None:
-        """Finish the logs and leave the bus."""
-        for log in self.tlogs.values():
-            log.close()
-        self._bus.close()
-
-    def _drain(self, names: Iterable[str]) -> None:
-        for name in names:
-            now = time.monotonic() - self.job.started
-            with suppress(OSError):  # nothing more, or the vehicle is gone: ages tell
-                for _ in range(64):
-                    self.core.receive(name, self.sockets[name].recv(_DATAGRAM), now)
-
-    def _check_continuity(self) -> None:
-        for name, member in self.core.members.items():
-            if member.station.codec.lost:
-                raise VehicleError(f"{name}: a MAVLink frame was lost in lockstep")
-
-    def _exchange_and_tick(self, now: float) -> dict[str, int]:
-        """Share states, decide, send; return the number of datagrams for each vehicle."""
-        states = self.core.states()
-        packed = self._packed = {state.name: pack_state(state) for state in states}
-        self._publish(packed, now)
-        if self._team:
-            known = [packed[state.name] for state in states if state.time >= 0]
-            self._team.put(pack_team(self.core.sequence, known))
-        else:
-            states = self._gather(now, packed)
-        sent = dict.fromkeys(self.sockets, 0)
-        for name, data in self.core.tick(now, states).items():
-            if data:
-                with suppress(ConnectionError):  # a dead vehicle is the launcher's business
-                    self.sockets[name].send(data)
-                    sent[name] = 1
-        for turn, (name, publisher) in enumerate(self._targets.items(), self.core.sequence):
-            target = self.core.members[name].target
-            if target and turn % self._target_every == 0 and name in self._watched:
-                publisher.put(pack_target(target))
-        return sent
-
-    def _publish(self, packed: dict[str, bytes], now: float) -> None:
-        if self.core.sequence % _LOOK_EVERY == 1:
-            self._followed = {n for n, p in self._states.items() if not self.alone or p.wanted}
-            self._watched = {n for n, p in self._targets.items() if p.wanted}
-        for name in self._followed:
-            self._states[name].put(packed[name])
-        for name, member in self.core.members.items():
-            silent = now - max(0.0, member.station.status.heartbeat_at)
-            if self._present[name] != (silent < _PRESENT_S):
-                self._present[name] = silent < _PRESENT_S
-                if self._present[name]:
-                    self._tokens[name] = self._bus.declare_token(f"vehicle/{name}/alive")
-                else:
-                    self._tokens[name].undeclare()
-
-    def _gather(self, now: float, own: dict[str, bytes]) -> list[VehicleState]:
-        """Return the states of all vehicles, in lockstep those of this very tick."""
-        deadline = time.monotonic() + LIVENESS_S
-        names = [r.name for r in self.core.scenario.robots]
-        while True:
-            self._others.arrived.clear()
-            heard = self._others.latest
-            team = {}
-            for name in names:
-                data = own.get(name) or heard.get(f"vehicle/{name}/state")
-                if data is None:
-                    continue
-                try:
-                    team[name] = unpack_state(data)
-                except WireError as error:
-                    self.core.tell(now, name, "bus", str(error))
-                    del heard[f"vehicle/{name}/state"]
-            late = [
-                name
-                for name in names
-                if name not in team or team[name].sequence != self.core.sequence
-            ]
-            if not late or not self.job.lockstep:
-                return list(team.values())
-            if time.monotonic() > deadline:
-                raise VehicleError(f"no state of {', '.join(late)} came over Zenoh at {now:.2f} s")
-            if not self._others.arrived.wait(_REPEAT_S):
-                self._repeat()
-
-    def _repeat(self) -> None:
-        """Send our newest states again, for coordinators whose subscription came too late."""
-        for name, data in self._packed.items():
-            self._states[name].put(data)
+        """Finish the logs, leave the bus and close the sockets."""
+        self.ground.close()
 
 
 def main(fd: int) -> int:
@@ -257,8 +154,6 @@ def main(fd: int) -> int:
             process.run_lockstep(channel)
         else:
             process.run_free(channel)
-        with suppress(ChannelClosed):
-            channel.send(process.facts())
     except ChannelClosed:
         pass
     except (MavherdError, OSError) as error:  # OSError: the disk is full, say
@@ -268,6 +163,10 @@ def main(fd: int) -> int:
             )
     finally:
         if process:
+            with suppress(MavherdError, OSError):
+                process.bring_to_rest(channel)
+            with suppress(ChannelClosed):
+                channel.send(process.facts())
             with suppress(OSError):
                 process.close()
         channel.close()

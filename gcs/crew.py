@@ -3,7 +3,7 @@
 import json
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from importlib.util import find_spec
 from math import pi
@@ -18,10 +18,11 @@ from ..vehicles.config import VehicleConfig
 from ..vehicles.process import DONE, LIVENESS_S
 from .children import READY_S, Child, Nursery, Recorder, how_it_ended
 from .conductor import CoordinatorHandle, Died, Interrupted, VehicleHandle
+from .parting import END_S, Note, half_close, left, part
 from .ports import LOOPBACK, PortPlan
+from .station import STACKS
 
 _RECORDER_END_S = 20.0
-_END_S = 1.0  # for everybody to end, in a hurry
 
 
 class Crew:
@@ -40,6 +41,7 @@ class Crew:
     ) -> None:
         self.vehicles: list[VehicleHandle] = []
         self.coordinators: list[CoordinatorHandle] = []
+        self.ends: dict[str, socket.socket] = {}  # our end of the sockets of those in `ours`
         self.ports: dict[str, Any] = {}
         self.partial = False  # the recorder did not come up or did not finish
         self._scenario = scenario
@@ -52,17 +54,27 @@ class Crew:
         self._children: list[Child] = []  # one for each coordinator
         try:
             for spec in starts:
+                if spec.external:  # somebody else has started it
+                    continue
                 self._served[spec.name] = ports.listen(spec.system_id - 1)
         except LinkError:
             self.release()
             raise
 
     def start(
-        self, folder: Path, endpoint: str, *, lockstep: bool, started: float, record: bool
+        self,
+        folder: Path,
+        endpoint: str,
+        *,
+        lockstep: bool,
+        started: float,
+        record: bool,
+        ours: Collection[str] = (),
     ) -> None:
         """Start everybody and wait until they are ready.
 
         `endpoint` is Zenoh's; free-running, fleet time is 0 at `started` on the monotonic clock.
+        Vehicles in `ours` get no coordinator: the caller is theirs, and finds its ends in `ends`.
         """
         self._folder = folder
         if record and find_spec("rerun") is not None:
@@ -73,13 +85,19 @@ class Crew:
         self.ports["zenoh"] = endpoint
         text = json.dumps(self.ports, indent=1)
         (folder / "ports.json").write_text(text + "\n", encoding="utf-8")
-        self._start_coordinators(ends, {"endpoint": endpoint, **common})
+        self.ends = {name: ends.pop(name) for name in ours if name in ends}
+        names = [spec.name for spec in self._starts if spec.name not in ours]
+        self._start_coordinators(names, ends, {"endpoint": endpoint, **common})
         self._wait_ready()
 
     def _start_vehicles(self, nursery: Nursery, common: dict[str, Any]) -> dict[str, socket.socket]:
-        """Start every vehicle; return the coordinator's end of each one's socket."""
+        """Start every vehicle of our own; return the coordinator's end of each one's socket."""
         ends = {}
         for spec in self._starts:
+            if spec.connect is not None:
+                address = {"connect": spec.connect, "udp": [], "tcp": None}
+                self.ports[spec.name] = {"system_id": spec.system_id, **address}
+                continue
             ours, theirs = socket_pair_udp()
             control, its_control = socket.socketpair()
             tcp = self._served[spec.name]
@@ -104,7 +122,7 @@ class Crew:
         return ends
 
     def _config(self, spec: RobotSpec) -> VehicleConfig:
-        team = self._scenario.team
+        team, stack = self._scenario.team, STACKS[spec.autopilot]
         return VehicleConfig(
             kind=spec.kind,
             system_id=spec.system_id,
@@ -114,35 +132,42 @@ class Crew:
             east=spec.start.east,
             down=-(spec.start.up or 0.0),
             yaw=pi / 2 - spec.heading,
+            autopilot=spec.autopilot,
             profile=spec.profile,
-            params={"GUID_TIMEOUT": team.setpoint_timeout_s, **spec.params},
+            params={stack.loss_parameter: team.setpoint_timeout_s, **spec.params},
             disturbance=spec.disturbance or self._scenario.disturbance,
             seed=self._scenario.seed,
             latch_position=False,
         )
 
-    def _start_coordinators(self, ends: dict[str, socket.socket], common: dict[str, Any]) -> None:
-        names = [spec.name for spec in self._starts]
+    def _start_coordinators(
+        self, names: list[str], ends: dict[str, socket.socket], common: dict[str, Any]
+    ) -> None:
         together = self._scenario.team.coordinators == "central"
         by_name = {vehicle.name: vehicle for vehicle in self.vehicles}
-        for own in [names] if together else [[name] for name in names]:
+        groups = [names] if together else [[name] for name in names]
+        for own in filter(None, groups):
             ours, theirs = socket.socketpair()
-            fds = [theirs.fileno(), *(ends[name].fileno() for name in own)]
+            fds = {name: ends[name].fileno() if name in ends else None for name in own}
             self._children.append(
                 Child(
                     "mavherd.gcs.coordinator_process",
                     [str(theirs.fileno())],
                     log=self._folder / "launcher.txt",
-                    fds=fds,
+                    fds=[theirs.fileno(), *(fd for fd in fds.values() if fd is not None)],
                 )
             )
             theirs.close()
             name = "the coordinator" if together else f"the coordinator of {own[0]}"
-            handle = CoordinatorHandle(name, Channel(ours), [by_name[n] for n in own])
+            vehicles = [by_name[n] for n in own if n in by_name]
+            external = len(vehicles) < len(own)
+            handle = CoordinatorHandle(
+                name, Channel(ours), vehicles, external=external, prepared=not external
+            )
             job = {
                 "folder": str(self._folder.absolute()),
                 "run_id": self._folder.name,
-                "own": {n: ends[n].fileno() for n in own},
+                "own": fds,
                 **common,
             }
             with suppress(ChannelClosed):  # it is dead already: noticed when it is not ready
@@ -177,29 +202,31 @@ class Crew:
                 self.partial = True
                 return
 
-    def stop(self, *, hurry: bool) -> None:
+    def stop(
+        self,
+        *,
+        hurry: bool,
+        note: Note = lambda _: None,
+        insists: Callable[[], bool] = lambda: False,
+    ) -> None:
         """End every process, coordinators first; nothing is left afterwards.
 
-        Only a frozen process makes us wait, in a `hurry` not for long.
+        Only a frozen process makes us wait, in a `hurry` not for long. Coordinators of external
+        vehicles bring those to rest first, which takes as long as a landing, and say so in events
+        for `note`; they are cut short when the user `insists`.
         """
-        deadline = time.monotonic() + (_END_S if hurry else LIVENESS_S)
         for coordinator in self.coordinators:
-            _half_close(coordinator.channel.socket)
-        for coordinator in self.coordinators:
-            try:
-                while (last := coordinator.channel.receive(_left(deadline))) is not None:
-                    coordinator.late = last.get("late", coordinator.late)
-                    coordinator.ticks = last.get("ticks", coordinator.ticks)
-            except ChannelClosed:
-                pass
-            coordinator.channel.close()
+            half_close(coordinator.channel.socket)
+        deadline = time.monotonic() + (END_S if hurry else LIVENESS_S)
+        for coordinator, child in zip(self.coordinators, self._children, strict=False):
+            deadline = part(coordinator, child, deadline, note, insists)
         for child in self._children:
-            child.end(_left(deadline))
+            child.end(left(deadline))
         for vehicle in self.vehicles:
-            _half_close(vehicle.control)
-        deadline = time.monotonic() + (_END_S / 4 if hurry else LIVENESS_S)
+            half_close(vehicle.control)
+        deadline = time.monotonic() + (END_S / 4 if hurry else LIVENESS_S)
         for vehicle in self.vehicles:
-            patience(vehicle.control, _left(deadline))
+            patience(vehicle.control, left(deadline))
             try:
                 while len(data := vehicle.control.recv(4096)) >= DONE.size:
                     _, vehicle.ticks, vehicle.outside_clients, vehicle.late = DONE.unpack(
@@ -233,12 +260,3 @@ class Crew:
 
     def _exit_code(self, pid: int) -> int | None:
         return self._nursery.exit_code(pid) if self._nursery else None
-
-
-def _left(deadline: float) -> float:
-    return max(0.01, deadline - time.monotonic())
-
-
-def _half_close(sock: socket.socket) -> None:
-    with suppress(OSError):  # the other end may be gone already
-        sock.shutdown(socket.SHUT_WR)

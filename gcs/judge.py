@@ -1,4 +1,7 @@
-"""Judges a run by what the robots truly did: contact, arrival, tracking, and what was expected."""
+"""Judges a run by what the robots truly did: contact, arrival, tracking, and what was expected.
+
+Of external vehicles nobody knows the truth: they are judged by what they say themselves.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -36,6 +39,7 @@ class RobotResult:
     rmse: float | None = None  # m, from its timed path or its place (path, hold)
     nearest: str | None = None  # the robot that came nearest, and its separation in m
     nearest_separation: float | None = None
+    source: str = "physics"  # of its track; telemetry: what it says itself, not truth
 
 
 class ClassResult(NamedTuple):
@@ -125,9 +129,11 @@ def _robots(
         if ready_at is None
         else {track.name: _cut(track, ready_at, ended_at) for track in tracks}
     )
+    sources = {track.name: track.source for track in tracks}
     results = []
     for spec in starts:
         result = _reached(spec, team, since_ready.get(spec.name))
+        result = replace(result, source=sources.get(spec.name, result.source))
         if near := nearest.get(spec.name):
             result = replace(result, nearest=near[1], nearest_separation=near[0])
         results.append(result)

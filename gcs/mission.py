@@ -8,13 +8,15 @@ from ..scenarios.schema import Goto, Hold, RobotSpec, Scenario
 from ..transport.frames import Triple
 from ..transport.wire import Phase, VehicleState
 from ..vehicles.flight.modes import Mode
-from ..vehicles.flight.personality import ARDUPILOT
-from .laws import Nominal
-from .station import Request, Station, StationError
+from .laws import Command, Nominal
+from .starter import Starter
+from .station import Request, Station
+from .takeover import Grip
 
 ARRIVED = 0.2  # m
 START_PATIENCE_S = 30.0  # for a vehicle that refuses to arm to change its mind
 _RETRY_S = 1.0
+_SHOWN_S = 3.0  # from a yes to the HEARTBEAT that shows it
 _ROVER_CLEARANCE = 0.9  # m, horizontally from where a quadcopter lands to any rover,
 _LANDING_CLEARANCE = 0.6  # to another that is landing,
 _PARKED_CLEARANCE = 0.5  # and to one that has landed
@@ -26,27 +28,30 @@ Tell = Callable[[str, str], None]
 class Mission:
     """Drives one vehicle's station through its part of a scenario. Positions are ENU.
 
-    The pad is the spec's nominal start, wherever the seed has put the vehicle.
+    The pad is the spec's nominal start, wherever the seed has put the vehicle. `direct` is what to
+    send past any law while there is no nominal target; None: nothing.
     """
 
     def __init__(self, spec: RobotSpec, scenario: Scenario, station: Station, tell: Tell) -> None:
         self.spec = spec
         self.phase = Phase.WAITING
+        self.direct: Command | None = None
         self._team = scenario.team
         self._station = station
         self._tell = tell
         self._flies = spec.kind == "quadcopter"
-        self._modes = ARDUPILOT.modes[spec.kind]
         self._movers = {r.name for r in scenario.robots if not isinstance(r.path, Hold)}
         self._rovers = {r.name for r in scenario.robots if r.kind == "rover"}
-        self._ground = spec.start.up or 0.0
+        patience = scenario.team.ready_timeout_s if spec.external else START_PATIENCE_S
+        self._starter = Starter(station, spec.kind, patience)
+        self._grip = Grip(station)
         self._height = takeoff_up(spec, scenario.team) if self._flies else 0.0
         self._request: Request | None = None
-        self._give_up_at = 0.0
-        self._retry_at = 0.0
+        self._asked_at = 0.0
         self._began_at = 0.0  # when all were ready
         self._phase_at = 0.0
         self._stand: Triple = (0.0, 0.0, 0.0)  # where to stay in a phase without a path
+        self._last: Triple = (0.0, 0.0, 0.0)  # where it was when it was last steered
         self._told_wait = False
 
     def nominal(self, now: float) -> Nominal | None:
@@ -62,11 +67,18 @@ class Mission:
     def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         """Decide the phase from what is known now; `team` holds everybody, `me` included.
 
-        Raises StationError when the vehicle cannot be brought to start.
+        Raises StationError when the vehicle cannot be brought to start, or somebody else takes it.
         """
+        if Phase.READY <= self.phase <= Phase.RETURNING:
+            self._last = me.position
+            if not self._grip.check(now):
+                return
+        self._go_on(now, me, team)
+        self.direct = self._stream()
+
+    def _go_on(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         match self.phase:
             case Phase.WAITING:
-                self._give_up_at = now + START_PATIENCE_S
                 self._enter(Phase.STARTING, now)
             case Phase.STARTING:
                 self._start(now, me)
@@ -93,32 +105,21 @@ class Mission:
         self._told_wait = False
         self._tell("phase", phase.name.lower())
 
+    def _stream(self) -> Command | None:
+        """Return what to send in a phase without a target, None where silence is right."""
+        if self.phase is Phase.STARTING:
+            return self._starter.direct
+        stack, status = self._station.stack, self._station.status
+        waits = self.phase in (Phase.LANDING, Phase.DONE) and status.armed
+        if waits and stack and stack.needs_stream and self._station.in_mode(Mode.GUIDED):
+            return Command(position=self._last)  # until it lands; silence would be a failsafe
+        return None
+
     def _start(self, now: float, me: VehicleState) -> None:
-        """Have the mode set, then arming, then a takeoff, each accepted before the next."""
-        station = self._station
-        guided = self._modes.number(Mode.GUIDED)
-        if me.custom_mode != guided:
-            self._ask("mode", now, lambda: station.set_mode(guided, now))
-        elif not me.armed:
-            self._ask("arming", now, lambda: station.arm(now))
-        elif self._flies and me.position[2] < self._height - ARRIVED:
-            if me.position[2] < self._ground + ARRIVED:
-                height = self._height - self._ground
-                self._ask("takeoff", now, lambda: station.take_off(height, now))
-        else:
+        starter = self._starter
+        if starter.arm(now, me) and (not self._flies or starter.climb(now, me, self._height)):
             self._stand = (me.position[0], me.position[1], self._height)
             self._enter(Phase.READY, now)
-
-    def _ask(self, what: str, now: float, send: Callable[[], Request]) -> None:
-        """Make a request once, and again some time after a refusal, until patience ends."""
-        request = self._request
-        if request is not None and request.what.startswith(what):
-            if request.refused and now > self._give_up_at:
-                raise StationError(request.error)
-            if not request.refused or now < self._retry_at:
-                return
-        self._request = send()
-        self._retry_at = now + _RETRY_S
 
     def _has_ended(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
         path = self.spec.path
@@ -171,10 +172,19 @@ class Mission:
         if not me.armed:
             self._enter(Phase.DONE, now)
         elif self._flies:
-            if me.custom_mode != self._modes.number(Mode.LAND):
+            if not station.in_mode(Mode.LAND):
                 self._ask("landing", now, lambda: station.land(now))
-        elif me.custom_mode != self._modes.number(Mode.HOLD):
-            hold = self._modes.number(Mode.HOLD)
-            self._ask("mode", now, lambda: station.set_mode(hold, now))
+        elif not station.in_mode(Mode.HOLD):
+            self._ask("mode", now, lambda: station.set_mode(Mode.HOLD, now))
         else:
             self._ask("disarming", now, lambda: station.disarm(now))
+
+    def _ask(self, what: str, now: float, send: Callable[[], Request]) -> None:
+        """Make a request once, and again some time after a refusal or a yes that does not show."""
+        request = self._request
+        if request is not None and request.what.startswith(what):
+            pause = _RETRY_S if request.refused else _SHOWN_S
+            if not request.done or now < self._asked_at + pause:
+                return
+        self._request = send()
+        self._asked_at = now

@@ -119,7 +119,7 @@ def _robots(r: Mapping[str, Any]) -> Iterator[str]:
         ("robot", "kind", "goal", "arrived", "after s", "miss m", "way ratio", "RMSE m", "nearest"),
         [
             (
-                escape(x["name"]),
+                escape(x["name"]) + ("*" if x["source"] == "telemetry" else ""),
                 x["kind"],
                 x["goal"],
                 {True: "yes", False: '<span class="bad">no</span>', None: NONE}[x["arrived"]],
@@ -133,6 +133,8 @@ def _robots(r: Mapping[str, Any]) -> Iterator[str]:
         ],
         numbers=range(4, 8),
     )
+    if any(x["source"] == "telemetry" for x in r["robots"]):
+        yield '<p class="soft">* External: judged by its own telemetry, not by truth.</p>'
 
 
 def _separations(r: Mapping[str, Any]) -> Iterator[str]:

@@ -175,6 +175,7 @@ def _robot(r: RobotResult) -> dict[str, Any]:
         "tracking_rmse_m": r.rmse,
         "nearest": r.nearest,
         "nearest_separation_m": r.nearest_separation,
+        "source": r.source,
     }
 
 

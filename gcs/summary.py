@@ -20,7 +20,10 @@ def ports_table(ports: Mapping[str, Any]) -> RenderableType:
         table.add_column(head, no_wrap=True)
     vehicles = [(name, p) for name, p in ports.items() if isinstance(p, Mapping)]
     for name, p in vehicles[:MAX_PORTS]:
-        table.add_row(name, str(p["system_id"]), ", ".join(p["udp"]) or "-", p["tcp"] or "-")
+        if "connect" in p:
+            table.add_row(name, str(p["system_id"]), "external", p["connect"])
+        else:
+            table.add_row(name, str(p["system_id"]), ", ".join(p["udp"]) or "-", p["tcp"] or "-")
     if len(vehicles) > MAX_PORTS:
         more = Text(f"and {len(vehicles) - MAX_PORTS} more, in ports.json", style="dim")
         return Group(table, more)
@@ -54,7 +57,7 @@ def _robots(r: Mapping[str, Any]) -> Iterator[RenderableType]:
     table.add_column("to", no_wrap=True)
     for x in robots[:MAX_ROBOTS]:
         table.add_row(
-            x["name"],
+            x["name"] + ("*" if x["source"] == "telemetry" else ""),
             _arrival(x),
             _number(x["miss_m"], 2),
             _number(x["tracking_rmse_m"], 3),
@@ -64,6 +67,8 @@ def _robots(r: Mapping[str, Any]) -> Iterator[RenderableType]:
     yield table
     if len(robots) > MAX_ROBOTS:
         yield Text(f"and {len(robots) - MAX_ROBOTS} more, in report.json", style="dim")
+    if any(x["source"] == "telemetry" for x in robots):
+        yield Text("* external: judged by its own telemetry, not by truth", style="dim")
 
 
 def _arrival(x: Mapping[str, Any]) -> Text:

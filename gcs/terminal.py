@@ -16,6 +16,8 @@ from .summary import ports_table, summary_table
 if TYPE_CHECKING:
     from .outcome import Outcome
 
+_PRINTED = ("preflight", "problem", "rest")  # kinds of events: all about external vehicles
+
 
 class QuietConsole(Console):
     """Writes to stderr; when nobody reads any more (`2>&1 | head`) the run goes on in silence."""
@@ -64,9 +66,11 @@ class RunView:
         self._live.update(now, states, to_go, factor, self._message)
 
     def event(self, event: Mapping[str, Any]) -> None:
-        """Keep what happened last."""
+        """Keep what happened last; print what a user waits for, or must know."""
         who = f"{event['vehicle']}: " if event.get("vehicle") else ""
         self._message = f"{who}{event['text']}"
+        if event["kind"] in _PRINTED:
+            self._console.print(self._message, highlight=False, markup=False, soft_wrap=True)
 
 
 def print_outcome(outcome: "Outcome", console: Console | None = None) -> None:

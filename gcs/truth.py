@@ -40,6 +40,7 @@ class Track:
     rates: Floats  # (n, 3) rad/s about body FLU
     actuators: Floats  # (n, k)
     actuator_names: tuple[str, ...]
+    source: str = "physics"  # | telemetry: what an external vehicle says of itself
 
     def __len__(self) -> int:
         return len(self.time)
@@ -138,4 +139,5 @@ def _track(header: dict[str, Any], rows: bytes) -> Track:
         rates=table[:, 11:14] * _TO_FLU,
         actuators=table[:, actuators:].copy(),
         actuator_names=columns[actuators:],
+        source=header.get("source", "physics"),
     )

@@ -5,10 +5,10 @@ from itertools import combinations
 from math import hypot, inf
 
 from ..transport.frames import Triple
-from ..vehicles.build import accepted_names, make_robot, parameter_values
+from ..vehicles.build import accepted_names, make_robot
 from ..vehicles.config import VehicleConfig
 from .errors import did_you_mean
-from .paths import end_point
+from .paths import end_point, top_speed, v_max
 from .reader import Fields
 from .robots import PATHS
 from .schema import Circle, Goto, Hold, Rectangle, RobotSpec, Team, Waypoints
@@ -31,7 +31,7 @@ def check_robots(read: list[Read], team: Team) -> None:
     """Refuse robots that cannot do what is asked of them, each alone or beside the others."""
     built: set[tuple[object, ...]] = set()
     for spec, fields in read:
-        key = (spec.kind, spec.profile, *sorted(spec.params.items()))
+        key = (spec.kind, spec.autopilot, spec.profile, *sorted(spec.params.items()))
         if key not in built:
             _check_params(spec, fields)
             built.add(key)
@@ -46,7 +46,7 @@ def _check_params(spec: RobotSpec, fields: Fields) -> None:
     if not spec.params:
         return
     params = fields.mapping("params", None)
-    known = accepted_names(spec.kind, spec.profile)
+    known = accepted_names(spec.kind, spec.profile, spec.autopilot)
     for name in spec.params:
         if name not in known:
             raise params.error(
@@ -61,23 +61,36 @@ def _check_params(spec: RobotSpec, fields: Fields) -> None:
 
 def _why_not(spec: RobotSpec, params: dict[str, float]) -> str:
     """Return why no robot has these parameters, or nothing."""
+    config = VehicleConfig(
+        kind=spec.kind,
+        system_id=1,
+        autopilot=spec.autopilot,
+        profile=spec.profile,
+        params=params,
+    )
     try:
-        make_robot(VehicleConfig(kind=spec.kind, system_id=1, profile=spec.profile, params=params))
+        make_robot(config)
     except (ValueError, ArithmeticError) as error:
         return str(error)
     return ""
 
 
 def _check_speed(spec: RobotSpec, fields: Fields) -> None:
-    if not isinstance(spec.path, Circle | Rectangle | Waypoints):
-        return
-    fastest = parameter_values(spec.kind, spec.profile, spec.params)["v_max"]
-    if spec.path.speed > fastest:
-        key = type(spec.path).__name__.lower()
-        raise fields.mapping(key, None).error(
+    """Refuse a path faster than the robot, and a limit that is none."""
+    able = v_max(spec)
+    if spec.max_speed is not None and not spec.external and spec.max_speed > able:
+        raise fields.error(
+            "max_speed",
+            f"{spec.max_speed:g} m/s is more than this {spec.kind} can do",
+            f"its v_max is {able:g}",
+        )
+    fastest = top_speed(spec)
+    if isinstance(spec.path, Circle | Rectangle | Waypoints) and spec.path.speed > fastest:
+        whose = "max_speed" if spec.max_speed is not None else "v_max"
+        raise fields.mapping(type(spec.path).__name__.lower(), None).error(
             "speed",
             f"{spec.path.speed:g} m/s is more than this {spec.kind} can do",
-            f"its v_max is {fastest:g}",
+            f"its {whose} is {fastest:g}",
         )
 
 

@@ -7,7 +7,18 @@ from typing import Any
 import yaml
 
 from ..vehicles.config import Disturbance
-from .schema import Circle, Goto, Hold, Path, Point, Rectangle, RobotSpec, Scenario, Waypoints
+from .schema import (
+    Circle,
+    Fence,
+    Goto,
+    Hold,
+    Path,
+    Point,
+    Rectangle,
+    RobotSpec,
+    Scenario,
+    Waypoints,
+)
 from .source import CORE_SCALARS
 
 
@@ -28,9 +39,12 @@ def scenario_to_yaml(scenario: Scenario) -> str:
             "setpoint_timeout_s": team.setpoint_timeout_s,
             "state_timeout_s": team.state_timeout_s,
             "coordinators": team.coordinators,
+            "ready_timeout_s": team.ready_timeout_s,
+            "at_end": team.at_end,
             "law_params": team.law_params or None,
         },
         "disturbance": _disturbance(scenario.disturbance),
+        "fence": _fence(scenario.fence) if scenario.fence else None,
         "robots": [_robot(spec) for spec in scenario.robots],
         "expect": {
             "collisions": expect.collisions,
@@ -73,7 +87,10 @@ def _robot(spec: RobotSpec) -> dict[str, Any]:
         **_path(spec.path),
         "dwell_s": spec.dwell_s,
         "then": spec.then,
-        "profile": spec.profile,
+        "connect": spec.connect,
+        "autopilot": spec.autopilot,
+        "max_speed": spec.max_speed,
+        "profile": None if spec.external else spec.profile,
         "params": spec.params or None,
         "disturbance": own,
     }
@@ -120,6 +137,10 @@ def _disturbance(disturbance: Disturbance) -> dict[str, Any]:
         "amplitude": disturbance.amplitude,
         "hold_s": disturbance.hold_s,
     }
+
+
+def _fence(fence: Fence) -> dict[str, Any]:
+    return {"east": list(fence.east), "north": list(fence.north), "up": fence.up}
 
 
 def _degrees(angle: float) -> float:

@@ -7,13 +7,16 @@ from importlib import resources
 from pathlib import Path
 
 from ..transport.frames import Origin
-from ..vehicles.config import SLICE_US
+from ..vehicles.config import AUTOPILOTS, SLICE_US
 from .checks import check_robots
 from .dump import scenario_to_yaml
 from .errors import ScenarioError, did_you_mean, show
+from .external import check_external
+from .fence import check_fence, read_fence
+from .groups import expand_groups, name_robots
 from .overrides import override
 from .reader import LONG, Fields
-from .robots import MIN_UP, expand_groups, name_robots, read_disturbance, read_robots
+from .robots import MIN_UP, read_disturbance, read_robots
 from .schema import Expect, RobotSpec, Scenario, Team
 from .source import Node, parse, read_text
 from .starts import TOO_CLOSE, TOO_CLOSE_HINT, draw_starts, starts_within
@@ -23,6 +26,7 @@ __all__ = ["draw_starts", "load_scenario", "scenario_to_yaml", "shipped"]
 MAX_SEED = 2**63 - 1
 SLICE_RATE = 1e6 / SLICE_US  # Hz; a coordination period is a whole number of these
 SUFFIXES = (".yaml", ".yml")
+AT_END = ("land", "hold", "return")
 
 _KEYS = (
     "name",
@@ -34,6 +38,7 @@ _KEYS = (
     "disturbance",
     "robots",
     "expect",
+    "fence",
 )
 
 
@@ -94,8 +99,13 @@ def _scenario(root: Fields, paths: list[str]) -> Scenario:
             "name", f"{show(name)} is no name", "1 to 64 of the letters a-z A-Z 0-9 . _ -"
         )
     team = _team(root.mapping("team", _TEAM_KEYS))
-    read = read_robots(root, paths)
+    autopilot = root.mapping("team", _TEAM_KEYS).choice("autopilot", AUTOPILOTS, "ardupilot")
+    read = read_robots(root, paths, autopilot)
     check_robots(read, team)
+    check_external(read, team)
+    fence = read_fence(root)
+    if fence is not None:
+        check_fence(fence, read, team)
     robots = tuple(spec for spec, _ in read)
     default = Scenario(name=name, robots=robots)
     scenario = Scenario(
@@ -108,6 +118,7 @@ def _scenario(root: Fields, paths: list[str]) -> Scenario:
         team=team,
         disturbance=read_disturbance(root),
         expect=_expect(root.mapping("expect", _EXPECT_KEYS), robots),
+        fence=fence,
     )
     if starts_within(scenario) is None:
         raise root.error("robots", TOO_CLOSE, TOO_CLOSE_HINT)
@@ -131,6 +142,9 @@ _TEAM_KEYS = (
     "setpoint_timeout_s",
     "state_timeout_s",
     "coordinators",
+    "autopilot",
+    "ready_timeout_s",
+    "at_end",
     "law_params",
 )
 
@@ -157,6 +171,8 @@ def _team(fields: Fields) -> Team:
         setpoint_timeout_s=timeout,
         state_timeout_s=fields.positive("state_timeout_s", default.state_timeout_s),
         coordinators=fields.choice("coordinators", ("central", "per-robot"), default.coordinators),
+        ready_timeout_s=fields.positive("ready_timeout_s", default.ready_timeout_s, high=LONG),
+        at_end=fields.choice("at_end", AT_END, default.at_end),
         law_params={key: constants.number(key, low=-1e9, high=1e9) for key in constants},
     )
 

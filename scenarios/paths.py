@@ -6,6 +6,7 @@ from math import cos, dist, fmod, pi, sin
 from typing import NamedTuple
 
 from ..transport.frames import Triple
+from ..vehicles.build import parameter_values
 from .schema import Circle, Goto, Hold, Path, Point, Rectangle, RobotSpec, Team, Waypoints
 
 STILL: Triple = (0.0, 0.0, 0.0)
@@ -39,10 +40,9 @@ def reference(path: Path, spec: RobotSpec, team: Team, t: float) -> Reference:
     jumps to that of the leg ahead. Rovers stay at up = 0; a quadcopter's point that names no
     height is at the team's `takeoff_up`.
     """
-    default_up = team.takeoff_up if spec.kind == "quadcopter" else 0.0
 
     def place(point: Point) -> Triple:
-        return (point.east, point.north, default_up if point.up is None else point.up)
+        return _place(point, spec, team)
 
     match path:
         case Hold():
@@ -65,9 +65,45 @@ def takeoff_up(spec: RobotSpec, team: Team) -> float:
     return reference(spec.path, spec, team, -1.0).position[2]
 
 
+def extremes(path: Path, spec: RobotSpec, team: Team) -> list[Triple]:
+    """Return places of the path (of the full circle) between which all of it lies."""
+    match path:
+        case Hold():
+            points = [path.at or spec.start]
+        case Goto():
+            points = [path.target]
+        case Waypoints():
+            points = list(path.points)
+        case Rectangle():
+            return _corners(path, _place(path.corner, spec, team))
+        case Circle():
+            (east, north, up), r = _place(path.centre, spec, team), path.radius
+            return [(east + x, north + y, up) for x, y in ((r, 0), (-r, 0), (0, r), (0, -r))]
+    return [_place(point, spec, team) for point in points]
+
+
+def v_max(spec: RobotSpec) -> float:
+    """Return the speed (m/s) at which a robot of our own stops going faster.
+
+    For an external one, the one that a vehicle of ours of the same kind has.
+    """
+    autopilot = spec.autopilot if not spec.external else "ardupilot"
+    return parameter_values(spec.kind, spec.profile, spec.params, autopilot)["v_max"]
+
+
+def top_speed(spec: RobotSpec) -> float:
+    """Return the speed (m/s) with which coordination may count."""
+    return v_max(spec) if spec.max_speed is None else spec.max_speed
+
+
 def end_point(spec: RobotSpec, team: Team) -> Triple:
     """Return where the path ends."""
     return reference(spec.path, spec, team, (path_duration(spec.path) or 0.0) + 1.0).position
+
+
+def _place(point: Point, spec: RobotSpec, team: Team) -> Triple:
+    default_up = team.takeoff_up if spec.kind == "quadcopter" else 0.0
+    return (point.east, point.north, default_up if point.up is None else point.up)
 
 
 def _progress(path: Circle | Rectangle | Waypoints, t: float) -> tuple[bool, float]:

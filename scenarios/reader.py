@@ -102,6 +102,18 @@ class Fields:
             )
         return value
 
+    def interval(self, key: str) -> tuple[float, float]:
+        """Return the two numbers of a list, the lower one first."""
+        ends = self.items(key)
+        if len(ends) != 2:
+            raise self.error(key, f"must be two numbers, got {len(ends)}", "as in [-20, 20]")
+        tree: dict[str, Node] = {str(i): node for i, (_, node) in enumerate(ends)}
+        pair = Fields(Node(tree, self.where), self._join(key), None)
+        low, high = pair.number("0"), pair.number("1")
+        if not low < high:
+            raise self.error(key, f"must rise, got {low:g} to {high:g}", "the lower end first")
+        return (low, high)
+
     def mapping(self, key: str, known: Iterable[str] | None, *, required: bool = False) -> "Fields":
         """Return the mapping under `key`, empty when it is not given and not required."""
         node = self._items.get(key)

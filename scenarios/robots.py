@@ -1,73 +1,39 @@
-"""The `robots:` list of a scenario: groups, names, paths, and one RobotSpec for each robot."""
+"""The `robots:` list of a scenario: each robot with its path, flight stack and system id."""
 
 import re
 from collections.abc import Callable
-from copy import deepcopy
 from dataclasses import replace
-from math import ceil, radians, sqrt
+from math import radians
 
 from ..vehicles.config import DISTURBANCE_FORMS, KINDS, MAX_SYSTEM_ID, PROFILES, Disturbance
-from .errors import ScenarioError, show
-from .reader import FAR, LONG, Fields
+from .errors import show
+from .external import read_autopilot, read_connect
+from .reader import LONG, Fields
 from .schema import Circle, Goto, Hold, Path, Point, Rectangle, RobotSpec, Waypoints
-from .source import Node
 
+KEYS = (  # beside the paths
+    *("name", "kind", "system_id", "start", "dwell_s", "then", "profile", "params", "disturbance"),
+    *("connect", "autopilot", "max_speed"),
+)
 MIN_UP = 0.3  # m, a quadcopter flies no lower
 NAME = re.compile(r"[A-Za-z0-9_-]{1,16}", re.ASCII)
 THEN = ("land", "return", "stay")
 
 _POINT = ("east", "north", "up")
-_PREFIX = {"quadcopter": "quad", "rover": "rover"}
-_OWN = ("name", "kind", "system_id", "start", "dwell_s", "then", "profile", "params", "disturbance")
 
 
-def name_robots(root: Node) -> None:
-    """Give robots without a name one by kind: quad1, quad2, ..., rover1, ...; in place.
+def read_robots(root: Fields, paths: list[str], autopilot: str) -> list[tuple[RobotSpec, Fields]]:
+    """Return each robot with the mapping it was read from; `paths` says where that is.
 
-    A group without a name gets the bare `quad` or `rover`, to which its robots add their number.
+    `autopilot` is that of our own robots which do not name one.
     """
-    entries = _entries(root)
-    used = set()
-    for entry in entries:
-        name, count = _plain(entry, "name"), _plain(entry, "count")
-        if name is None and count is not None:
-            name = _give_name(entry, "")
-        members = range(1, min(count, MAX_SYSTEM_ID) + 1) if isinstance(count, int) else [""]
-        used |= {f"{name}{i}" for i in members}
-    for entry in entries:
-        if _plain(entry, "name") is None:
-            free = (i for i in range(1, 10**6) if f"{_prefix(entry)}{i}" not in used)
-            used.add(_give_name(entry, str(next(free))))
-
-
-def expand_groups(root: Node) -> list[str]:
-    """Replace every entry that has a `count` by its robots, in place; return the robots' paths."""
-    robots: list[tuple[str, Node]] = []
-    for i, entry in enumerate(_entries(root)):
-        path = f"robots[{i}]"
-        grouped = isinstance(entry.value, dict) and {"count", "spacing"} & entry.value.keys()
-        members = _members(entry, path) if grouped else [entry]
-        robots += [(path, member) for member in members]
-        if len(robots) > MAX_SYSTEM_ID:
-            raise ScenarioError(
-                entry.where,
-                f"{path}: more than {MAX_SYSTEM_ID} robots",
-                "MAVLink has 255 system ids, and ground stations need some; use fewer robots",
-            )
-    if robots and isinstance(root.value, dict):
-        root.value["robots"].value = [node for _, node in robots]
-    return [path for path, _ in robots]
-
-
-def read_robots(root: Fields, paths: list[str]) -> list[tuple[RobotSpec, Fields]]:
-    """Return each robot with the mapping it was read from; `paths` says where that is."""
     entries = root.items("robots")
     if not entries:
         raise root.error("robots", "is empty", "a scenario needs at least one robot")
     read = []
     for i, (path, node) in enumerate(entries):
-        fields = Fields(node, paths[i] if i < len(paths) else path, (*_OWN, *PATHS))
-        read.append((_read_robot(fields), fields))
+        fields = Fields(node, paths[i] if i < len(paths) else path, (*KEYS, *PATHS))
+        read.append((_read_robot(fields, autopilot), fields))
     return _with_system_ids(read)
 
 
@@ -84,77 +50,7 @@ def read_disturbance(fields: Fields, key: str = "disturbance") -> Disturbance:
     )
 
 
-def _entries(root: Node) -> list[Node]:
-    robots = root.value.get("robots") if isinstance(root.value, dict) else None
-    return robots.value if robots is not None and isinstance(robots.value, list) else []
-
-
-def _plain(entry: Node, key: str) -> object:
-    item = entry.value.get(key) if isinstance(entry.value, dict) else None
-    return item.value if item else None
-
-
-def _prefix(entry: Node) -> str:
-    return _PREFIX.get(str(_plain(entry, "kind")), "")
-
-
-def _give_name(entry: Node, suffix: str) -> str:
-    """Name an entry by its kind, unless that is no kind: then reading it will say so."""
-    name = _prefix(entry) + suffix
-    if _prefix(entry) and isinstance(entry.value, dict):
-        entry.value["name"] = Node(name, entry.where)
-    return name
-
-
-def _members(entry: Node, path: str) -> list[Node]:
-    """Return the robots of a group: name1, name2, ... with start and path shifted by `spacing`."""
-    fields = Fields(entry, path, (*_OWN, *PATHS, "count", "spacing"))
-    count = fields.integer("count", low=1, high=MAX_SYSTEM_ID)
-    name = fields.text("name", "")
-    numbered = fields.raw("system_id") is not None
-    first_id = fields.integer("system_id", 0, low=0, high=MAX_SYSTEM_ID)
-    if isinstance(fields.raw("spacing"), dict):
-        inner = fields.mapping("spacing", ("east", "north"))
-        step = inner.number("east", 0.0), inner.number("north", 0.0)
-        shifts = [(i * step[0], i * step[1]) for i in range(count)]
-    else:
-        pitch = fields.positive("spacing", 2.0)
-        columns = ceil(sqrt(count))
-        shifts = [(i % columns * pitch, i // columns * pitch) for i in range(count)]
-    members = []
-    for i, (east, north) in enumerate(shifts):
-        member = deepcopy(entry)
-        if isinstance(member.value, dict):
-            member.value.pop("count", None)
-            member.value.pop("spacing", None)
-            if name:
-                member.value["name"] = Node(f"{name}{i + 1}", entry.where)
-            if numbered:
-                member.value["system_id"] = Node(first_id + i, entry.where)
-            _shift(member.value, east, north)
-        members.append(member)
-    return members
-
-
-def _shift(robot: dict[str, Node], east: float, north: float) -> None:
-    """Move the start and every point of the path; what is no number is left to be complained of."""
-    points = [robot.get("start"), robot.get("goto"), robot.get("hold")]
-    for key, inner in (("circle", "centre"), ("rectangle", "corner"), ("waypoints", "points")):
-        if (path := robot.get(key)) and isinstance(path.value, dict) and inner in path.value:
-            found = path.value[inner]
-            points += found.value if isinstance(found.value, list) else [found]
-    for point in points:
-        if point is None or not isinstance(point.value, dict):
-            continue
-        for axis, by in (("east", east), ("north", north)):
-            number = point.value.get(axis)
-            if number is None or isinstance(number.value, bool):
-                continue
-            if isinstance(number.value, int | float) and abs(number.value) <= FAR:
-                number.value += by
-
-
-def _read_robot(fields: Fields) -> RobotSpec:
+def _read_robot(fields: Fields, autopilot: str) -> RobotSpec:
     kind = fields.choice("kind", KINDS)
     name = fields.text("name")
     if not NAME.fullmatch(name):
@@ -173,8 +69,15 @@ def _read_robot(fields: Fields) -> RobotSpec:
         profile=fields.choice("profile", PROFILES, "default"),
         params=_numbers(fields.mapping("params", None)),
         disturbance=read_disturbance(fields) if fields.raw("disturbance") is not None else None,
+        autopilot=read_autopilot(fields, autopilot),
+        connect=read_connect(fields),
+        max_speed=_max_speed(fields),
     )
     return replace(spec, path=_read_path(fields, spec))
+
+
+def _max_speed(fields: Fields) -> float | None:
+    return None if fields.raw("max_speed") is None else fields.positive("max_speed", high=100.0)
 
 
 def _then(fields: Fields, kind: str) -> str:

@@ -5,7 +5,7 @@ Ground side: ENU, SI, radians. Angles in YAML are in degrees and named so.
 
 from dataclasses import dataclass, field
 
-from ..transport.frames import Origin
+from ..transport.frames import Origin, Triple
 from ..vehicles.config import Disturbance
 
 
@@ -86,6 +86,29 @@ class RobotSpec:
     profile: str = "default"
     params: dict[str, float] = field(default_factory=dict)
     disturbance: Disturbance | None = None  # None: the scenario's
+    autopilot: str = "ardupilot"  # ardupilot | px4 | generic; auto, if external: what it says
+    connect: str | None = None  # where an external vehicle is reached; None: one of our own
+    max_speed: float | None = None  # m/s, for coordination; None: v_max of profile and params
+
+    @property
+    def external(self) -> bool:
+        """Whether somebody else has started this vehicle, real or simulated."""
+        return self.connect is not None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fence:
+    """The box (ENU, m from the fleet origin) that no robot may be sent out of."""
+
+    east: tuple[float, float]  # least, greatest
+    north: tuple[float, float]
+    up: float  # greatest height
+
+    def holds(self, place: Triple) -> bool:
+        """Return whether a place is inside, or on the border."""
+        east, north, up = place
+        level = self.east[0] <= east <= self.east[1] and self.north[0] <= north <= self.north[1]
+        return level and up <= self.up
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +122,8 @@ class Team:
     setpoint_timeout_s: float = 0.5  # GUID_TIMEOUT of every vehicle
     state_timeout_s: float = 1.0  # a state older than this is unknown
     coordinators: str = "central"  # central | per-robot
+    ready_timeout_s: float = 120.0  # for external vehicles to get ready to arm
+    at_end: str = "land"  # what external vehicles do when a run is broken off: land | hold | return
     law_params: dict[str, float] = field(default_factory=dict)  # k_f, kappa, ... by name
 
 
@@ -125,3 +150,4 @@ class Scenario:
     team: Team = Team()
     disturbance: Disturbance = field(default_factory=Disturbance)
     expect: Expect = Expect()
+    fence: Fence | None = None

@@ -1,6 +1,5 @@
 """Where the robots really start: the nominal places, moved a little by the seed."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from math import hypot
 from random import Random
@@ -27,7 +26,8 @@ def draw_starts(scenario: Scenario) -> tuple[RobotSpec, ...]:
     """Return the robots at the starts which the scenario's seed draws; nothing else changes.
 
     East and north of each get a Gaussian offset, drawn again while bodies would come nearer than
-    the margin. Paths stay, and so do the pads that `then: return` flies to: those of the scenario.
+    the margin, or outside the fence. Paths stay, and so do the pads that `then: return` flies to:
+    those of the scenario. External robots stand where they stand.
     """
     drawn = starts_within(scenario)
     if drawn is None:
@@ -42,24 +42,28 @@ def starts_within(scenario: Scenario) -> tuple[RobotSpec, ...] | None:
         return scenario.robots
     random = Random(f"mavherd starts {scenario.seed}")  # noqa: S311 - repeatable on purpose
     for _ in range(_ROUNDS):
-        drawn = _draw(scenario.robots, sigma, random)
+        drawn = _draw(scenario, sigma, random)
         if drawn is not None:
             return drawn
     return None
 
 
-def _draw(
-    robots: Iterable[RobotSpec], sigma: float, random: Random
-) -> tuple[RobotSpec, ...] | None:
+def _draw(scenario: Scenario, sigma: float, random: Random) -> tuple[RobotSpec, ...] | None:
     """Return one draw of all robots, or None when one found no room among those before it."""
+    taken = [spec for spec in scenario.robots if spec.external]
     drawn: list[RobotSpec] = []
-    for spec in robots:
+    for spec in scenario.robots:
+        if spec.external:
+            drawn.append(spec)
+            continue
         for _ in range(_TRIES):
             east = spec.start.east + random.gauss(0.0, sigma)
             north = spec.start.north + random.gauss(0.0, sigma)
             path = Hold(at=spec.start) if spec.path == Hold() else spec.path
             moved = replace(spec, start=Point(east, north), path=path)
-            if all(_apart(moved, other) for other in drawn):
+            inside = scenario.fence is None or scenario.fence.holds((east, north, 0.0))
+            if inside and all(_apart(moved, other) for other in taken):
+                taken.append(moved)
                 drawn.append(moved)
                 break
         else:

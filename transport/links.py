@@ -72,6 +72,7 @@ class UdpOut:
 
     def __init__(self, host: str, port: int) -> None:
         self.label = f"udpout:{host}:{port}"
+        self.problem = ""  # what the network said of our last datagrams
         self.spoken = self.paused = False
         if not 0 < port <= _MAX_PORT:
             raise LinkError(f"{self.label}: nobody can listen there (ports are 1..{_MAX_PORT})")
@@ -83,10 +84,12 @@ class UdpOut:
             raise LinkError(f"{self.label}: {error.strerror or error}") from None
 
     def send(self, data: bytes) -> None:
-        """Send frames in datagrams; nobody listening is no error."""
+        """Send frames in datagrams; nobody listening is a `problem`, no error."""
         for datagram in datagrams(data):
-            with suppress(OSError):
+            try:
                 self._socket.send(datagram)
+            except OSError as error:
+                self._complain(error)
 
     def sockets(self) -> list[socket.socket]:
         """Return the one socket."""
@@ -103,15 +106,21 @@ class UdpOut:
                 data = self._socket.recv(_DATAGRAM)
             except BlockingIOError:
                 return
-            except OSError:  # "port unreachable" of an earlier send
+            except OSError as error:  # "port unreachable" of an earlier send
+                self._complain(error)
                 continue
             self.spoken = True
+            self.problem = ""
             if not self.paused:
                 yield self, data
 
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+
+    def _complain(self, error: OSError) -> None:
+        if not isinstance(error, BlockingIOError):  # the queue is full: dropped, as on any network
+            self.problem = (error.strerror or str(error)).lower()
 
 
 class UdpPeer:
@@ -137,8 +146,11 @@ class UdpPeer:
 class UdpIn:
     """Listens on a port and answers whoever sends there."""
 
-    def __init__(self, host: str, port: int) -> None:
+    problem = ""
+
+    def __init__(self, host: str, port: int, max_peers: int = MAX_PEERS) -> None:
         self._socket = _udp_socket()
+        self._max_peers = max_peers
         _bind(self._socket, host, port, f"udpin:{host}:{port}")
         self.port: int = self._socket.getsockname()[1]
         self.label = f"udpin:{host}:{self.port}"
@@ -155,7 +167,7 @@ class UdpIn:
     def receive(self) -> Iterator[tuple[Link, bytes]]:
         """Yield the datagrams that have arrived.
 
-        Beyond MAX_PEERS the stalest peer goes, strangers first.
+        Beyond `max_peers` the stalest peer goes, strangers first.
         """
         for _ in range(64):
             try:
@@ -165,7 +177,7 @@ class UdpIn:
             except OSError:
                 continue
             peer = self._peers.pop(address, None) or UdpPeer(self._socket, address)
-            if len(self._peers) >= MAX_PEERS:
+            if len(self._peers) >= self._max_peers:
                 strangers = (a for a, p in self._peers.items() if not p.spoken)
                 stalest = next(strangers, None) or next(iter(self._peers))
                 self._peers.pop(stalest).open = False

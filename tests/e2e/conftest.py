@@ -9,7 +9,7 @@ import sys
 import time
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -191,7 +191,7 @@ def _ports_of(folder: Path) -> list[int]:
     """Return the TCP ports that a run has served."""
     with suppress(FileNotFoundError):
         ports = json.loads((folder / "ports.json").read_text())
-        served = [p["tcp"] for p in ports.values() if isinstance(p, dict) and p["tcp"]]
+        served = [p["tcp"] for p in ports.values() if isinstance(p, dict) and p.get("tcp")]
         return [int(text.rpartition(":")[2]) for text in [*served, ports["zenoh"]]]
     return []
 
@@ -219,3 +219,14 @@ def sandbox(tmp_path: Path) -> Iterator[Sandbox]:
 def shared_sandbox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sandbox]:
     """One folder for all tests of a module."""
     yield from _sandbox(tmp_path_factory.mktemp("shared"))
+
+
+@pytest.fixture(scope="module")
+def make_sandbox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Sandbox]]:
+    """Make sandboxes, for commands of one module that run at the same time."""
+    with ExitStack() as stack:
+
+        def make(name: str) -> Sandbox:
+            return stack.enter_context(contextmanager(_sandbox)(tmp_path_factory.mktemp(name)))
+
+        yield make

@@ -67,5 +67,3 @@ def test_who_subscribes_after_the_tick_still_gets_its_states(tmp_path, endpoint)
             thread.join(5)
             process.close()
             theirs.close()
-            for sock in process.sockets.values():
-                sock.close()

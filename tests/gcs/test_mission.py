@@ -3,11 +3,12 @@
 import pytest
 
 from mavherd.gcs.mission import START_PATIENCE_S, Mission
-from mavherd.gcs.station import RETRY_S, TRIES, Station, StationError
+from mavherd.gcs.station import RETRY_S, TRIES, Station, StationError, stack_of
 from mavherd.scenarios.loader import load_scenario
 from mavherd.transport.frames import swap_ned_enu
 from mavherd.transport.wire import Phase, VehicleState
 from mavherd.vehicles.config import VehicleConfig
+from mavherd.vehicles.flight.modes import Mode
 from mavherd.vehicles.vehicle import Vehicle
 
 TICK_S = 0.05
@@ -27,12 +28,16 @@ ROVER = "  - {name: r, kind: rover, start: {east: 6, north: 6}, hold: {}}\n"
 class Alone:
     """One mission with its real vehicle; the rest of the team is what the test says it is."""
 
-    def __init__(self, scenario, kind="quadcopter"):
-        self.spec = scenario.robots[0]
-        self.vehicle = Vehicle(VehicleConfig(kind=kind, system_id=self.spec.system_id))
+    def __init__(self, scenario):
+        self.spec = spec = scenario.robots[0]
+        self.vehicle = Vehicle(
+            VehicleConfig(kind=spec.kind, system_id=spec.system_id, autopilot=spec.autopilot)
+        )
         self.link = self.vehicle.converse()
         self.told = []
-        self.station = Station(self.spec.name, self.spec.system_id, 20.0)
+        self.station = Station(
+            spec.name, spec.system_id, 20.0, kind=spec.kind, stack=stack_of(spec.autopilot)
+        )
         self.mission = Mission(
             self.spec, scenario, self.station, lambda kind, text: self.told.append((kind, text))
         )
@@ -60,9 +65,8 @@ class Alone:
                 continue
             me = self.state()
             self.mission.update(self.now, me, {"q": me, **self.others})
-            if (nominal := self.mission.nominal(self.now)) is not None:
-                e, n, u = nominal.position
-                self.station.send_target(self.now, position=(n, e, -u))
+            if target := self.mission.nominal(self.now) or self.mission.direct:
+                self.station.send_target(self.now, position=swap_ned_enu(target.position))
             if self.mission.phase is until:
                 return
         assert until is None, f"{self.mission.phase.name}, not {until.name}: {self.told}"
@@ -178,3 +182,51 @@ def test_a_vehicle_that_does_not_answer_ends_the_start_too(alone):
     with pytest.raises(StationError, match=f"q: no answer to .* after {TRIES} tries"):
         alone.run(START_PATIENCE_S + 10)
     assert alone.now < START_PATIENCE_S + (TRIES + 1) * RETRY_S + 2
+
+
+PX4_QUAD = ONE.replace("quadcopter,", "quadcopter, autopilot: px4,")
+PX4_ROVER = (
+    "  - {name: q, kind: rover, autopilot: px4, start: {east: 0, north: 0},"
+    " goto: {east: 2, north: 0}}\n"
+)
+
+
+def test_a_px4_quadcopter_does_the_same(tmp_path):
+    alone = Alone(scenario_of(tmp_path, PX4_QUAD.replace("THEN", "land")))
+    alone.run(60, until=Phase.DONE)
+    assert alone.phases == ["starting", "ready", "active", "dwell", "landing", "done"]
+    assert alone.state().position == pytest.approx((2, 0, 0), abs=0.5)
+    assert not alone.vehicle.autopilot.armed
+
+
+def test_a_px4_quadcopter_that_stays_has_its_stream(tmp_path):
+    alone = Alone(scenario_of(tmp_path, PX4_QUAD.replace("THEN", "stay")))
+    alone.run(60, until=Phase.DONE)
+    alone.run(5)
+    assert alone.vehicle.autopilot.mode is Mode.GUIDED
+    assert alone.state().position == pytest.approx((2, 0, 2), abs=0.3)
+
+
+def test_a_px4_rover_does_the_same(tmp_path):
+    alone = Alone(scenario_of(tmp_path, PX4_ROVER))
+    alone.run(60, until=Phase.DONE)
+    assert alone.phases == ["starting", "ready", "active", "dwell", "landing", "done"]
+    assert not alone.vehicle.autopilot.armed
+
+
+@pytest.mark.parametrize("phase", [Phase.READY, Phase.ACTIVE])
+def test_a_pilot_who_takes_over_wins(alone, phase):
+    if phase is Phase.READY:
+        alone.others["r"] = alone.state("r", (9, 9, 0), Phase.STARTING)
+    alone.run(20, until=phase)
+    alone.vehicle.autopilot.set_mode(alone.vehicle.autopilot.modes.number(Mode.RTL))
+    with pytest.raises(StationError, match=r"^q: left GUIDED for RTL at \d+\.\d s"):
+        alone.run(1)
+    assert alone.vehicle.autopilot.mode is Mode.RTL
+
+
+def test_a_vehicle_that_disarms_itself_is_given_up(alone):
+    alone.run(20, until=Phase.ACTIVE)
+    alone.vehicle.autopilot.arming.disarm(force=True)
+    with pytest.raises(StationError, match=r"^q: disarmed itself at \d+\.\d s"):
+        alone.run(1)

@@ -118,6 +118,8 @@ def test_phases_are_counted_in_the_order_of_a_mission():
         ("quadcopter", 17, "BRAKE"),
         ("quadcopter", 0, "STABILIZE"),
         ("rover", 99, "MODE 99"),
+        ("quadcopter", 6 << 16, "OFFBOARD"),
+        ("rover", 4 << 16 | 3 << 24, "HOLD"),
     ],
 )
 def test_modes_are_called_as_ground_stations_call_them(kind, number, name):

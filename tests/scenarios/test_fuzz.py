@@ -25,6 +25,9 @@ FULL: dict[str, Any] = {
         "setpoint_timeout_s": 0.5,
         "state_timeout_s": 1,
         "coordinators": "central",
+        "autopilot": "px4",
+        "ready_timeout_s": 60,
+        "at_end": "hold",
         "law_params": {"k": 1},
     },
     "disturbance": {"form": "held", "amplitude": 0.4, "hold_s": 0.1},
@@ -67,8 +70,18 @@ FULL: dict[str, Any] = {
             "kind": "rover",
             "start": {"east": -9, "north": 19},
             "goto": {"east": 1, "north": 30},
+            "autopilot": "generic",
+            "max_speed": 0.5,
+        },
+        {
+            "name": "x",
+            "kind": "quadcopter",
+            "start": {"east": -20, "north": 0},
+            "connect": "udpin:127.0.0.1:14550",
+            "autopilot": "auto",
         },
     ],
+    "fence": {"east": [-30, 30], "north": [-30, 40.5], "up": 20},
     "expect": {
         "collisions": 0,
         "all_arrive_within_s": 30,
@@ -86,6 +99,7 @@ scalars = (
     | st.floats(-5, 5)
     | st.text(max_size=8)
     | st.sampled_from(["off", "held", "rover", "quadcopter", "return", "a", "quad1", "1e400", "<<"])
+    | st.sampled_from(["tcp:127.0.0.1:5760", "udpin:[::1]:1", "serial:/dev/x", "auto", "tcp:"])
 )
 values = st.recursive(
     scalars,
@@ -130,7 +144,7 @@ def answer(path, overrides=()) -> None:
 def test_the_full_scenario_is_good(tmp_path):
     path = tmp_path / "full.yaml"
     path.write_text(yaml.safe_dump(FULL))
-    assert len(load_scenario(path).robots) == 6
+    assert len(load_scenario(path).robots) == 7
 
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])

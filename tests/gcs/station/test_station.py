@@ -17,10 +17,10 @@ from mavherd.gcs.station import (
 from mavherd.transport.frames import quaternion_from_euler
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
+from mavherd.vehicles.flight.modes import Mode
 from mavherd.vehicles.vehicle import Vehicle
 
 RATE_HZ = 20.0
-GUIDED, RTL = 4, 6
 
 
 class Pair:
@@ -114,7 +114,7 @@ def test_other_systems_are_not_heard(pair):
 
 
 def test_texts_are_handed_out_once(pair):
-    pair.station.set_mode(99, pair.now)
+    pair.station.command(mav.MAV_CMD_DO_SET_MODE, (1, 99), "mode 99", pair.now)
     pair.run(0.2)
     ((at, severity, text),) = pair.station.new_texts()
     assert text == "No such mode 99"
@@ -157,7 +157,7 @@ def test_an_accepted_request_is_asked_once(pair):
 
 
 def test_a_refusal_repeats_what_the_vehicle_says(pair):
-    pair.station.set_mode(RTL, pair.now)
+    pair.station.set_mode(Mode.RTL, pair.now)
     pair.run(0.2)
     request = pair.station.arm(pair.now)
     pair.run(0.2)
@@ -232,7 +232,7 @@ def test_answers_of_others_and_to_other_commands_are_not_ours(pair):
 
 def test_a_flight_by_station_alone(pair):
     for ask in (
-        lambda: pair.station.set_mode(GUIDED, pair.now),
+        lambda: pair.station.set_mode(Mode.GUIDED, pair.now),
         lambda: pair.station.arm(pair.now),
         lambda: pair.station.take_off(2, pair.now),
     ):
@@ -271,3 +271,41 @@ def test_a_target_gives_what_it_is_given_and_ignores_the_rest(names):
     assert (m.target_system, m.target_component, m.coordinate_frame) == (5, 1, 1)
     if "velocity" in names:
         assert (m.vx, m.vy, m.vz) == (4, 5, 6)
+
+
+def test_a_newer_command_takes_the_place_of_an_older_one(pair):
+    arming = pair.station.arm(pair.now)
+    disarming = pair.station.disarm(pair.now)
+    assert arming.error == "q: overtaken by disarming"
+    pair.run(1)
+    assert disarming.accepted
+    assert not pair.status.armed
+
+
+def test_requests_for_messages_wait_for_one_another(pair):
+    heard = []
+    pair.station.listen(lambda m, now: heard.append(m.get_type()))
+    ids = (mav.MAVLINK_MSG_ID_HOME_POSITION, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+    command = mav.MAV_CMD_REQUEST_MESSAGE
+    asked = [pair.station.command(command, (i,), f"message {i}", pair.now) for i in ids]
+    pair.run(0.5)
+    assert all(request.accepted for request in asked)
+    assert {"HOME_POSITION", "AUTOPILOT_VERSION"} <= set(heard)
+
+
+def test_a_vehicle_in_progress_is_given_more_time(pair):
+    pair.deaf = True
+    request = pair.station.arm(pair.now)
+    pair.run(0.1)
+    pair.station.receive(ack(400, mav.MAV_RESULT_IN_PROGRESS), pair.now)
+    pair.sent.clear()
+    pair.run(4)
+    assert not pair.received("COMMAND_LONG")
+    assert not request.done
+
+
+def test_a_body_target_is_forward_and_right():
+    station = Station("q", 5, RATE_HZ)
+    station.send_target(1.0, velocity=(1.0, 0.0, 0.0), yaw_rate=0.2, body=True)
+    (m,) = (m for m in Codec(1).decode(station.transmit(0.0)) if "POSITION_TARGET" in m.get_type())
+    assert m.coordinate_frame == mav.MAV_FRAME_BODY_NED

@@ -1,0 +1,66 @@
+"""When an external vehicle may be steered: not before its preflight finds nothing missing."""
+
+from collections.abc import Callable
+
+from ..scenarios.schema import RobotSpec, Scenario
+from .preflight import Check, checklist, missing
+from .station import Station, StationError
+
+COMPLAINT_S = 30.0  # of its line: it is not the vehicle that is wanted, or it is not there
+_LASTS_S = 1.0  # what is missing for a shorter time is not worth a word
+
+
+class Clearance:
+    """Asked once a tick; once `given`, it is not taken back, but a wrong vehicle ends the run."""
+
+    def __init__(
+        self,
+        spec: RobotSpec,
+        scenario: Scenario,
+        station: Station,
+        tell: Callable[[str, str], None],
+    ) -> None:
+        self.given = False
+        self._spec = spec
+        self._scenario = scenario
+        self._station = station
+        self._tell = tell
+        self._asked_at: float | None = None  # when it was asked for first
+        self._fine_at = 0.0  # when its line last had nothing to complain of
+        self._absent: tuple[str, ...] = ()  # names of the checks that are not passed
+        self._absent_since = 0.0
+        self._told: tuple[str, ...] = ()
+
+    def update(self, now: float, complaint: str) -> None:
+        """Look again; `complaint` is its line's. Raises StationError when it will not be given."""
+        if self._station.problem:
+            raise StationError(self._station.problem)
+        if self.given:
+            return
+        if self._asked_at is None:
+            self._asked_at = self._fine_at = now
+        if not complaint:
+            self._fine_at = now
+        elif now - self._fine_at > COMPLAINT_S:
+            raise StationError(f"{self._spec.name}: {complaint}")
+        absent = missing(checklist(self._station, self._spec, self._scenario, now))
+        if not absent:
+            self.given = True
+            self._tell("preflight", "ready")
+            return
+        names, what = tuple(check.name for check in absent), complaint or _listed(absent)
+        if names != self._absent:
+            self._absent, self._absent_since = names, now
+        patience = self._scenario.team.ready_timeout_s
+        if now - self._asked_at > patience:
+            raise StationError(f"{self._spec.name}: not ready after {patience:g} s: {what}")
+        if names != self._told and now - self._absent_since >= _LASTS_S:
+            self._told = names
+            self._tell("preflight", f"waits for {what}")
+
+
+def _listed(absent: list[Check]) -> str:
+    return "; ".join(
+        f"{check.name}: {check.text}" + (f" ({check.cure})" if check.cure else "")
+        for check in absent
+    )

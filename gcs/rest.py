@@ -1,0 +1,147 @@
+"""How external vehicles are left when a run is broken off: at hold, then as the scenario says.
+
+Nobody ends their processes, and what stops talking to them leaves them to their own failsafes.
+"""
+
+from collections.abc import Callable, Mapping
+from math import hypot
+
+from ..scenarios.schema import RobotSpec
+from ..transport.wire import Phase, VehicleState
+from ..vehicles.flight.modes import Mode
+from .laws import HOLD, Command, Nominal
+from .member import Member
+from .station import Request
+
+WATCH_S = 60.0  # for a vehicle to come down, or back
+_HOLD_S = 3.0  # for a vehicle to enter its hold mode, before it is told to end without
+_RETRY_S = 1.0
+_STANDING = 0.1  # m/s
+_STANDS_S = 3.0  # so long, and a rover on its way home has arrived
+
+_OURS = (Mode.GUIDED, Mode.AUTO, Mode.TAKEOFF, Mode.HOLD)  # modes that we have put it into
+_ENDING = (Mode.LAND, Mode.RTL)  # it is on its way down already, or home
+_LAST_MODE = {"land": Mode.LAND, "return": Mode.RTL}
+
+
+class StayPut:
+    """Has a vehicle stay where it is, under the law.
+
+    That is one of our own, until its process is ended, or one that nobody has told to arm.
+    """
+
+    direct: Command | None = None
+
+    def __init__(self, member: Member, now: float) -> None:
+        self.phase = member.mission.phase
+        position = member.state(0).position
+        self._nominal = Nominal(position) if member.mission.nominal(now) else None
+
+    def nominal(self, now: float) -> Nominal | None:
+        """Return the place, None where nobody steered it."""
+        return self._nominal
+
+    def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
+        """Do nothing."""
+
+
+class ComeToRest:
+    """Brings one external vehicle to hold, then does `at_end` (land, hold, return) with it.
+
+    Rovers stop and disarm for `land`. Each step is confirmed by the vehicle's heartbeat. A vehicle
+    in a mode that we have not put it into has a pilot, who keeps it.
+    """
+
+    def __init__(self, member: Member, at_end: str, now: float) -> None:
+        self.phase = member.mission.phase
+        self.direct: Command | None = None
+        self.done = False
+        self._spec: RobotSpec = member.spec
+        self._station = member.station
+        self._tell = member.tell
+        self._at_end = at_end
+        self._last_mode = _LAST_MODE.get(at_end)
+        self._give_up_at = now + WATCH_S
+        self._hold_until = now + _HOLD_S
+        self._holds = False
+        self._request: Request | None = None
+        self._retry_at = 0.0
+        self._stands_since = now
+        if not self._station.status.armed:
+            self._finish("")
+        else:
+            then = "" if at_end == "hold" else f", then {self._end_in_words()}"
+            self._tell("rest", f"is brought to hold{then}")
+
+    def nominal(self, now: float) -> Nominal | None:
+        """Return None: nobody steers it any more."""
+        return None
+
+    def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
+        """Go one step further; `done` says that no more will be done."""
+        if self.done:
+            return
+        if hypot(*me.velocity) > _STANDING:
+            self._stands_since = now
+        self.direct = HOLD if self._station.in_mode(Mode.GUIDED) else None
+        if not me.armed:
+            self._finish("is disarmed")
+        elif now > self._give_up_at:
+            self._finish(f"is still armed, in {self._station.mode_name()}")
+        elif self._is_ending():
+            self._watch(now)
+        elif not any(self._station.in_mode(mode) for mode in _OURS):
+            self._finish(f"is in {self._station.mode_name()}: left to its pilot")
+        elif not self._holds:
+            self._hold(now)
+        elif self._at_end == "hold":
+            self._finish("holds, armed")
+        elif self._last_mode is not None and not self._disarms_at_once():
+            self._insist(now, self._land if self._at_end == "land" else self._return)
+        else:
+            self._insist(now, self._station.disarm)
+
+    def _hold(self, now: float) -> None:
+        if self._station.in_mode(Mode.HOLD) or now > self._hold_until:
+            self._holds = True
+            self._request = None
+            if not self._station.in_mode(Mode.HOLD):
+                self._tell("rest", f"does not hold: it is in {self._station.mode_name()}")
+            return
+        self._insist(now, lambda at: self._station.set_mode(Mode.HOLD, at))
+
+    def _is_ending(self) -> bool:
+        return any(self._station.in_mode(mode) for mode in _ENDING)
+
+    def _disarms_at_once(self) -> bool:
+        """Return whether its end is to stand and disarm: a rover's."""
+        return self._spec.kind == "rover" and self._at_end == "land"
+
+    def _watch(self, now: float) -> None:
+        """See a vehicle down, which then disarms itself; a rover that is home does not."""
+        self.phase = Phase.LANDING
+        if self._spec.kind == "rover" and now - self._stands_since > _STANDS_S:
+            self._insist(now, self._station.disarm)
+
+    def _land(self, now: float) -> Request:
+        return self._station.land(now)
+
+    def _return(self, now: float) -> Request:
+        return self._station.set_mode(Mode.RTL, now)
+
+    def _insist(self, now: float, send: Callable[[float], Request]) -> None:
+        """Ask, and ask again as long as it does not show."""
+        if self._request is None or (self._request.done and now >= self._retry_at):
+            self._request = send(now)
+            self._retry_at = now + _RETRY_S
+
+    def _end_in_words(self) -> str:
+        if self._at_end == "return":
+            return "return"
+        return "disarm" if self._spec.kind == "rover" else "land"
+
+    def _finish(self, text: str) -> None:
+        self.done = True
+        self.direct = None
+        if text:
+            self._tell("rest", text)

@@ -1,0 +1,67 @@
+"""Flies a mission: upload it, start it in AUTO, take command again at its end. No I/O."""
+
+from collections.abc import Sequence
+
+from ...transport.frames import Origin, Triple
+from ...transport.wire import VehicleState
+from ...vehicles.flight.modes import Mode
+from ..mission import START_PATIENCE_S
+from ..starter import Starter
+from ..station import Question, Request, Station, StationError, plan
+from .errors import TakenOver
+
+_GRACE_S = 2.0  # between leaving AUTO by itself and telling that the last item is reached
+
+
+class Flight:
+    """Call `go_on` once a tick until it returns True; `starter` is busy at its end."""
+
+    def __init__(
+        self, station: Station, points: Sequence[Triple], origin: Origin, ground: float
+    ) -> None:
+        self.starter: Starter | None = None  # takes command again
+        self._station = station
+        self._items = plan(points, station.kind, origin, ground)
+        self._upload: Question | None = None
+        self._request: Request | None = None
+        self.began = False  # AUTO was seen
+        self._left_at: float | None = None
+
+    def go_on(self, now: float, me: VehicleState) -> bool:
+        """Return whether it is through and in command; raise StationError when it refuses."""
+        station = self._station
+        if self.starter:
+            return self.starter.arm(now, me)
+        if self._upload is None:
+            self._upload = station.missions.upload(self._items, now)
+        elif self._upload.refused:
+            raise StationError(self._upload.error)
+        elif self._upload.accepted and self._is_through(now, me):
+            self.starter = Starter(station, station.kind, START_PATIENCE_S)
+        return False
+
+    def _is_through(self, now: float, me: VehicleState) -> bool:
+        """Start the mission; return whether the last item is reached."""
+        station, missions = self._station, self._station.missions
+        if self.began and (missions.reached >= missions.count - 1 or missions.complete):
+            return True
+        if station.in_mode(Mode.AUTO):
+            self.began, self._left_at = True, None
+        elif self.began:
+            self._check_left(now, me)
+        elif self._request is None:
+            self._request = station.set_mode(Mode.AUTO, now)
+        elif self._request.refused:
+            raise StationError(self._request.error)
+        return False
+
+    def _check_left(self, now: float, me: VehicleState) -> None:
+        """Raise TakenOver when AUTO was left before the end, and not by reaching it."""
+        station = self._station
+        self._left_at = now if self._left_at is None else self._left_at
+        if not me.armed or now - self._left_at > _GRACE_S:
+            what = f"left AUTO for {station.mode_name()}" if me.armed else "was disarmed"
+            raise TakenOver(
+                f"{station.name}: {what} in its mission, after item {station.missions.reached} of "
+                f"{station.missions.count} (arm() takes it back)"
+            )

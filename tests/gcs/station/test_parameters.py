@@ -1,0 +1,80 @@
+"""Parameters are read and written by name in either encoding; silence and a no are errors."""
+
+import pytest
+
+from mavherd.gcs.station import RETRY_S, TRIES
+
+REAL, WHOLE = (
+    {"ardupilot": "CRUISE_SPEED", "px4": "MIS_TAKEOFF_ALT"},
+    {
+        "ardupilot": "FENCE_ACTION",
+        "px4": "NAV_DLL_ACT",
+    },
+)
+
+
+def ready(make_pair, autopilot):
+    kind = "rover" if autopilot == "ardupilot" else "quadcopter"
+    pair = make_pair(kind, autopilot)
+    pair.run(1)
+    return pair
+
+
+def answer(pair, question):
+    pair.until(lambda: question.done, RETRY_S * (TRIES + 2))
+    return question
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize(("names", "value"), [(REAL, 3.5), (WHOLE, 2.0)])
+def test_what_is_written_is_what_the_vehicle_has(make_pair, autopilot, names, value):
+    pair = ready(make_pair, autopilot)
+    name = names[autopilot]
+    before = answer(pair, pair.station.parameters.read(name, pair.now))
+    assert before.accepted
+    assert before.value == pytest.approx(pair.vehicle.parameters.entry(name).value)
+    assert before.value != value
+    written = answer(pair, pair.station.parameters.write(name, value, pair.now))
+    assert (written.accepted, written.value, written.error) == (True, value, "")
+    assert pair.vehicle.parameters.entry(name).value == value
+
+
+def test_no_answer_says_that_there_may_be_no_such_parameter(make_pair):
+    pair = ready(make_pair, "ardupilot")
+    question = answer(pair, pair.station.parameters.read("NO_SUCH_THING", pair.now))
+    assert question.error == (
+        "q: parameter NO_SUCH_THING: it has no parameter NO_SUCH_THING, or does not answer"
+    )
+    asked = [m for _, m in pair.sent if m.get_type() == "PARAM_REQUEST_READ"]
+    assert len(asked) == TRIES
+
+
+def test_a_lost_question_is_asked_again(make_pair):
+    pair = ready(make_pair, "px4")
+    pair.deaf = True
+    question = pair.station.parameters.write("NAV_DLL_ACT", 2, pair.now)
+    pair.run(RETRY_S * 2)
+    pair.deaf = False
+    assert answer(pair, question).accepted
+
+
+def test_a_value_that_the_vehicle_refuses_is_an_error_with_its_reason(make_pair):
+    pair = ready(make_pair, "ardupilot")
+    question = answer(pair, pair.station.parameters.write("SYSID_THISMAV", 999, pair.now))
+    assert question.refused
+    assert "q: parameter SYSID_THISMAV = 999: refused: it stays 5" in question.error
+    assert "the vehicle says" in question.error
+
+
+def test_a_name_that_cannot_be_one_is_refused_here(make_pair):
+    pair = ready(make_pair, "ardupilot")
+    for name in ("", "A_NAME_THAT_IS_TOO_LONG", "HÖHE"):
+        assert "cannot be the name" in pair.station.parameters.read(name, pair.now).error
+
+
+def test_a_newer_question_takes_the_place_of_an_older_one(make_pair):
+    pair = ready(make_pair, "ardupilot")
+    older = pair.station.parameters.write("CRUISE_SPEED", 1.5, pair.now)
+    newer = pair.station.parameters.write("CRUISE_SPEED", 2.5, pair.now)
+    assert "overtaken" in older.error
+    assert answer(pair, newer).value == 2.5

@@ -1,0 +1,271 @@
+"""External vehicles of both flight stacks: cleared first, flown like our own, brought to rest."""
+
+from dataclasses import replace
+
+import pytest
+
+from mavherd.gcs.clearance import COMPLAINT_S
+from mavherd.gcs.coordinator import LOST_S, Coordinator
+from mavherd.gcs.station import StationError
+from mavherd.scenarios.loader import load_scenario
+from mavherd.transport.wire import Phase
+from mavherd.vehicles.config import VehicleConfig
+from mavherd.vehicles.flight.modes import Mode
+from mavherd.vehicles.vehicle import Vehicle
+
+TICK_US = 50_000
+NOWHERE = "tcp:127.0.0.1:1"  # nobody opens it here
+
+
+def external(scenario, *stacks):
+    """Return `scenario` with vehicles that somebody else has started, of these stacks in turn."""
+    robots = tuple(
+        replace(spec, connect=NOWHERE, autopilot=stacks[i % len(stacks)])
+        for i, spec in enumerate(scenario.robots)
+    )
+    return replace(scenario, robots=robots)
+
+
+class Field:
+    """A scenario in memory whose vehicles are reached as outside clients reach them."""
+
+    def __init__(self, scenario, **coordinator):
+        names = tuple(spec.name for spec in scenario.robots)
+        self.scenario = scenario
+        self.coordinator = Coordinator(scenario, names, **coordinator)
+        self.members = self.coordinator.members
+        self.vehicles = {spec.name: self.vehicle(spec) for spec in scenario.robots}
+        self.links = {name: v.converse(channel=0) for name, v in self.vehicles.items()}
+        self.outgoing = dict.fromkeys(names, b"")
+        self.silent = set()  # whose links are down
+        self.events = []
+        self.now_us = 0
+
+    def vehicle(self, spec):
+        return Vehicle(
+            VehicleConfig(
+                kind=spec.kind,
+                system_id=spec.system_id,
+                name=spec.name,
+                origin=self.scenario.origin,
+                north=spec.start.north,
+                east=spec.start.east,
+                yaw=1.5707963267948966 - spec.heading,
+                autopilot="ardupilot" if spec.autopilot == "auto" else spec.autopilot,
+                profile="ardupilot",
+            )
+        )
+
+    @property
+    def now(self):
+        return self.now_us * 1e-6
+
+    def tick(self):
+        self.now_us += TICK_US
+        for name, vehicle in self.vehicles.items():
+            incoming, link = self.outgoing[name], self.links[name]
+            out = b""
+            if incoming and name not in self.silent:
+                out += vehicle.handle(incoming, link)
+            for _ in range(TICK_US // 10_000):
+                vehicle.step()
+                out += vehicle.report(link, vehicle.take_broadcasts())
+            if out and name not in self.silent:
+                self.coordinator.receive(name, out, self.now)
+        self.outgoing = self.coordinator.tick(self.now, self.coordinator.states())
+        self.events += self.coordinator.take_events()
+
+    def run(self, seconds):
+        for _ in range(round(seconds * 1e6 / TICK_US)):
+            self.tick()
+
+    def until(self, condition, seconds):
+        end = self.now + seconds
+        while not condition():
+            assert self.now < end, [(e["t"], e["vehicle"], e["text"]) for e in self.events]
+            self.tick()
+
+    def until_phase(self, phase, seconds=40):
+        self.until(lambda: all(m.mission.phase >= phase for m in self.members.values()), seconds)
+
+    def texts(self, name, kind):
+        return [e["text"] for e in self.events if (e["vehicle"], e["kind"]) == (name, kind)]
+
+    def armed(self):
+        return {name for name, vehicle in self.vehicles.items() if vehicle.autopilot.armed}
+
+
+@pytest.mark.parametrize("stacks", [("ardupilot",), ("px4",), ("auto", "px4")])
+def test_a_team_that_somebody_else_has_started_flies_its_whole_mission(stacks):
+    scenario = external(load_scenario("crossing-targets"), *stacks)
+    field = Field(scenario)
+    field.until(lambda: field.coordinator.finished, 90)
+    assert not field.armed()
+    for spec in scenario.robots:
+        assert field.texts(spec.name, "preflight")[-1] == "ready"
+        assert field.texts(spec.name, "phase")[-1] == "done"
+
+
+def test_nobody_arms_before_all_are_cleared():
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    field.silent.add("rover2")
+    field.run(8)
+    assert not field.armed()
+    assert not field.coordinator.prepared
+    (text,) = field.texts("rover2", "preflight")
+    assert text.startswith("waits for link: nothing heard on tcp:127.0.0.1:1")
+    field.silent.clear()
+    field.until(lambda: field.armed() == set(field.vehicles), 10)
+    assert field.coordinator.prepared
+
+
+def test_a_vehicle_that_does_not_get_ready_ends_the_run_with_what_it_lacks():
+    scenario = external(load_scenario("one-quad"), "ardupilot")
+    scenario = replace(scenario, team=replace(scenario.team, ready_timeout_s=6.0))
+    field = Field(scenario)
+    field.silent.add("quad1")
+    with pytest.raises(StationError, match=r"quad1: not ready after 6 s: link: nothing heard"):
+        field.run(10)
+    assert field.now == pytest.approx(6.0, abs=0.2)
+
+
+def test_what_its_line_complains_of_is_told_and_ends_the_run():
+    field = Field(external(load_scenario("one-quad"), "ardupilot"))
+    field.silent.add("quad1")
+    field.members["quad1"].complaint = "system 7 answers here, the scenario wants 1"
+    field.run(3)
+    assert field.texts("quad1", "preflight") == [
+        "waits for system 7 answers here, the scenario wants 1"
+    ]
+    with pytest.raises(StationError, match="quad1: system 7 answers here"):
+        field.run(COMPLAINT_S)
+
+
+def test_the_wrong_kind_of_vehicle_is_told_nothing_and_ends_the_run_at_once():
+    scenario = external(load_scenario("one-quad"), "ardupilot")
+    field = Field(scenario)
+    rover = replace(scenario.robots[0], kind="rover")
+    field.vehicles["quad1"] = field.vehicle(rover)
+    field.links["quad1"] = field.vehicles["quad1"].converse(channel=0)
+    with pytest.raises(StationError, match="rover"):
+        field.run(5)
+    assert not field.armed()
+
+
+def test_a_link_that_is_silent_for_five_seconds_and_comes_back_does_not_end_the_run():
+    field = Field(external(load_scenario("one-quad"), "ardupilot"))
+    field.until_phase(Phase.ACTIVE)
+    field.silent.add("quad1")
+    field.run(5)
+    field.silent.clear()
+    field.until(lambda: field.coordinator.finished, 60)
+
+
+def test_one_that_stays_silent_ends_it():
+    field = Field(external(load_scenario("one-quad"), "ardupilot"))
+    field.until_phase(Phase.ACTIVE)
+    field.silent.add("quad1")
+    silent_at = field.now
+    with pytest.raises(StationError, match="quad1: no heartbeat for 10 s"):
+        field.run(20)
+    assert LOST_S - 1 < field.now - silent_at <= LOST_S + 0.1
+
+
+def rest(field, at_end, seconds=40):
+    """Break off; return the modes that each vehicle then goes through."""
+    field.coordinator.come_to_rest(field.now, at_end)
+    modes = {name: [] for name in field.vehicles}
+    end = field.now + seconds
+    while not field.coordinator.at_rest and field.now < end:
+        field.tick()
+        for name, vehicle in field.vehicles.items():
+            if vehicle.autopilot.mode not in modes[name][-1:]:
+                modes[name].append(vehicle.autopilot.mode)
+    assert field.coordinator.at_rest
+    return modes
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+@pytest.mark.parametrize(
+    ("at_end", "copter", "rover", "armed"),
+    [
+        ("land", [Mode.HOLD, Mode.LAND], [Mode.HOLD], set()),
+        ("hold", [Mode.HOLD], [Mode.HOLD], {"quad", "rover"}),
+        ("return", [Mode.HOLD, Mode.RTL], [Mode.HOLD, Mode.RTL], set()),
+    ],
+)
+def test_a_run_that_is_broken_off_holds_first_and_then_ends_as_configured(
+    stack, at_end, copter, rover, armed
+):
+    scenario = external(load_scenario("crossing-targets"), stack)
+    field = Field(scenario)
+    for vehicle in field.vehicles.values():
+        vehicle.autopilot.settings.rtl_height = 4.0
+    field.until_phase(Phase.ACTIVE)
+    field.run(3)
+    modes = rest(field, at_end, 60)
+    for spec in scenario.robots:
+        wanted = copter if spec.kind == "quadcopter" else rover
+        assert [m for m in modes[spec.name] if m is not Mode.GUIDED] == wanted
+    kinds = {name.rstrip("0123456789") for name in field.armed()}
+    assert kinds == armed
+    at_once = {e["t"] for e in field.events if e["kind"] == "rest" and "brought" in e["text"]}
+    assert len(at_once) == 1
+    if at_end == "land":
+        assert field.texts("quad1", "rest") == [
+            "is brought to hold, then land",
+            "is disarmed",
+        ]
+
+
+def test_who_was_on_the_way_down_goes_on_landing():
+    field = Field(external(load_scenario("one-quad"), "px4"))
+    field.until_phase(Phase.LANDING, 60)
+    field.until(lambda: field.vehicles["quad1"].autopilot.mode is Mode.LAND, 5)
+    assert rest(field, "land") == {"quad1": [Mode.LAND]}
+    assert not field.armed()
+
+
+def test_a_pilot_who_has_taken_over_is_left_alone():
+    field = Field(external(load_scenario("one-quad"), "ardupilot"))
+    field.until_phase(Phase.ACTIVE)
+    field.vehicles["quad1"].autopilot.enter(Mode.LOITER)
+    with pytest.raises(StationError, match="left GUIDED for LOITER"):
+        field.run(2)
+    assert rest(field, "land") == {"quad1": [Mode.LOITER]}
+    assert field.armed() == {"quad1"}
+    assert field.texts("quad1", "rest")[-1] == "is in LOITER: left to its pilot"
+
+
+def test_who_was_never_told_to_arm_is_told_nothing_at_the_end_either():
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    field.silent.add("rover2")
+    field.run(5)
+    assert set(map(tuple, rest(field, "land").values())) <= {(), (Mode.STABILIZE,), (Mode.MANUAL,)}
+    field.silent.clear()
+    field.run(5)
+    assert not field.armed()
+
+
+def test_a_lost_vehicle_does_not_keep_the_others_from_coming_to_rest():
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    field.until_phase(Phase.ACTIVE)
+    field.silent.add("quad2")
+    rest(field, "land", 30)
+    assert field.armed() == {"quad2"}
+    assert "no heartbeat" in field.texts("quad2", "problem")[0]
+
+
+def test_a_script_goes_on_with_the_others_and_with_the_lost_one_when_it_is_back():
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"), strict=False)
+    field.until_phase(Phase.ACTIVE)
+    field.silent.add("rover1")
+    field.run(LOST_S + 1)
+    assert "no heartbeat" in field.members["rover1"].problem
+    assert [m.problem for m in field.members.values() if m.problem] == [
+        field.members["rover1"].problem
+    ]
+    assert len(field.texts("rover1", "problem")) == 1
+    field.silent.clear()
+    field.run(1)
+    assert field.members["rover1"].problem == ""

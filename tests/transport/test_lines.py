@@ -1,0 +1,329 @@
+"""Lines to external vehicles mend themselves, never wait, and say what is wrong."""
+
+import os
+import pty
+import socket
+import sys
+import time
+import tty
+from contextlib import closing, contextmanager, suppress
+from itertools import pairwise
+
+import pytest
+
+from mavherd.transport.connect import Address, parse_connect
+from mavherd.transport.errors import LinkError
+from mavherd.transport.lines import TcpClient, open_line
+from mavherd.transport.serial_line import SerialLine
+
+HOST = "127.0.0.1"
+PATIENCE = 10.0
+
+
+class Clock:
+    """Time that passes when a test says so."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+def until(condition, what):
+    deadline = time.monotonic() + PATIENCE
+    while not (value := condition()):
+        assert time.monotonic() < deadline, what
+        time.sleep(0.005)
+    return value
+
+
+def hear(line, count):
+    """Return `count` bytes from a line."""
+    got = b""
+
+    def more():
+        nonlocal got
+        got += b"".join(data for _, data in line.receive())
+        return len(got) >= count
+
+    until(more, f"{count} bytes of {line.label}")
+    return got
+
+
+def server(port=0, host=HOST):
+    sock = socket.socket()
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    sock.bind((host, port))
+    sock.listen()
+    sock.settimeout(PATIENCE)
+    return sock
+
+
+def tcp_address(sock):
+    return parse_connect(f"tcp:{HOST}:{sock.getsockname()[1]}")
+
+
+def connected(line):
+    return until(lambda: list(line.receive()) or not line.problem, "a connection")
+
+
+# TCP
+
+
+def test_a_tcp_line_carries_bytes_both_ways():
+    with server() as listening, closing(open_line(tcp_address(listening))) as line:
+        connected(line)
+        peer, _ = listening.accept()
+        with peer:
+            line.send(b"to the vehicle")
+            assert peer.recv(100) == b"to the vehicle"
+            peer.send(b"to the ground")
+            assert hear(line, 13) == b"to the ground"
+            assert line.sockets()
+
+
+def test_opening_a_tcp_line_does_not_wait_for_an_answer():
+    with socket.socket() as deaf:
+        deaf.bind((HOST, 0))
+        deaf.listen(0)
+        port = deaf.getsockname()[1]
+        waiting = [socket.socket() for _ in range(4)]  # fill its queue: the next call hangs
+        for sock in waiting:
+            sock.setblocking(False)
+            sock.connect_ex((HOST, port))
+        clock = Clock()
+        start = time.monotonic()
+        with closing(TcpClient(parse_connect(f"tcp:{HOST}:{port}"), clock)) as line:
+            assert list(line.receive()) == []
+            line.send(b"anybody?")
+            assert time.monotonic() - start < 1
+            assert line.problem == "not connected yet"
+            clock.now += 6
+            assert list(line.receive()) == []
+            assert line.problem == "no answer"
+        for sock in waiting:
+            sock.close()
+
+
+def test_a_refused_tcp_connection_is_tried_again_less_and_less_often():
+    with server() as listening:
+        address = tcp_address(listening)
+    clock, attempts = Clock(), []
+    with closing(TcpClient(address, clock)) as line:
+        until(lambda: list(line.receive()) or "refused" in line.problem, "a refusal")
+        assert line.problem == "connection refused"
+        dial = line._dial
+        line._dial = lambda: (attempts.append(clock.now), dial())
+        while clock.now < 125:
+            clock.now += 0.125
+            list(line.receive())
+        pauses = [b - a for a, b in pairwise(attempts)]
+        assert attempts[0] - 100 <= 0.625
+        assert pauses[0] == pytest.approx(1.0, abs=0.25)
+        assert pauses == sorted(pauses)
+        assert 5.0 <= pauses[-1] <= 5.25
+
+
+def test_a_tcp_line_connects_as_soon_as_the_vehicle_is_started_and_again_when_it_is_restarted():
+    with server() as listening:
+        address = tcp_address(listening)
+    with closing(open_line(address)) as line:
+        until(lambda: list(line.receive()) or "refused" in line.problem, "a refusal")
+        for _ in range(2):
+            with server(address.port) as listening:
+                connected(line)
+                peer, _ = listening.accept()
+                with peer:
+                    peer.send(b"here")
+                    assert hear(line, 4) == b"here"
+            until(lambda: list(line.receive()) or line.problem, "the loss")
+            assert line.problem in ("connection closed by the other end", "connection refused")
+            line.send(b"into the void")
+
+
+def test_a_tcp_line_does_not_take_itself_for_the_vehicle():
+    with socket.socket() as sock:
+        sock.bind((HOST, 0))
+        port = sock.getsockname()[1]
+    itself = socket.socket()
+    itself.bind((HOST, port))
+    itself.connect((HOST, port))  # so does the kernel when it picks the port that is called
+    with closing(TcpClient(parse_connect(f"tcp:{HOST}:1"))) as line:
+        until(lambda: list(line.receive()) or line._dialling is None, "a refusal")
+        line._dialling, line.problem = itself, ""
+        line._await(itself)
+        assert line.problem == "connection refused"
+        assert line.sockets() == []
+
+
+def test_what_a_standing_link_does_not_take_is_dropped_in_whole_messages():
+    with server() as listening, closing(open_line(tcp_address(listening))) as line:
+        connected(line)
+        peer, _ = listening.accept()
+        with peer:
+            for i in range(20_000):
+                line.send(b"%09d\n" % i)
+                if line.congested and i > 1000:
+                    break
+            for _ in range(1000):
+                line.send(b"too late.\n")
+            peer.settimeout(1.0)
+            got = b""
+            with suppress(TimeoutError):
+                while True:
+                    got += peer.recv(65536)
+                    list(line.receive())
+                    line.send(b"")
+            assert got.endswith(b"\n")
+            words = got.split(b"\n")[:-1]
+            numbers = [int(word) for word in words if word != b"too late."]
+            assert numbers == list(range(len(numbers)))
+            assert {len(word) for word in words} == {9}
+            assert len(got) < 4_000_000
+            assert words.count(b"too late.") < 1000
+
+
+def test_a_host_that_nobody_knows_is_said_at_once():
+    with pytest.raises(LinkError, match=r"tcp:nobody\.invalid:5760: host 'nobody\.invalid': "):
+        open_line(parse_connect("tcp:nobody.invalid:5760"))
+
+
+# UDP
+
+
+def test_a_udpout_line_says_that_nobody_listens_until_somebody_does():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+        sock.bind((HOST, 0))
+        port = sock.getsockname()[1]
+    with closing(open_line(parse_connect(f"udpout:{HOST}:{port}"))) as line:
+
+        def refused():
+            line.send(b"anybody?")
+            return list(line.receive()) or line.problem
+
+        until(refused, "a refusal")
+        assert line.problem == "connection refused"
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+            vehicle.bind((HOST, port))
+            vehicle.settimeout(PATIENCE)
+            line.send(b"and now?")
+            data, ground = vehicle.recvfrom(100)
+            assert data == b"and now?"
+            vehicle.sendto(b"yes", ground)
+            assert hear(line, 3) == b"yes"
+            assert line.problem == ""
+
+
+def test_a_taken_udp_port_is_an_error_at_once():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind((HOST, 0))
+        address = parse_connect(f"udpin:{HOST}:{other.getsockname()[1]}")
+        with pytest.raises(LinkError, match="Address already in use"):
+            open_line(address)
+
+
+def test_fifty_vehicles_may_send_to_one_port():
+    address = Address(text="any", scheme="udpin", host=HOST, port=0)
+    with closing(open_line(address)) as line:
+        vehicles = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(50)]
+        for sock in vehicles:
+            sock.sendto(b"x", (HOST, line.port))
+        hear(line, 50)
+        assert len(line.links()) == 50
+        for sock in vehicles:
+            sock.close()
+
+
+# serial
+
+
+@contextmanager
+def radio():
+    """Yield the far end of a serial line, and its device."""
+    far, near = pty.openpty()
+    tty.setraw(near)
+    os.set_blocking(far, False)
+    try:
+        yield far, os.ttyname(near)
+    finally:
+        for fd in (far, near):
+            with suppress(OSError):
+                os.close(fd)
+
+
+def read_far(far, count):
+    got = b""
+
+    def more():
+        nonlocal got
+        with suppress(BlockingIOError):
+            got += os.read(far, 4096)
+        return len(got) >= count
+
+    until(more, "bytes at the far end")
+    return got
+
+
+def test_a_serial_line_carries_bytes_both_ways():
+    with radio() as (far, device), closing(open_line(parse_connect(f"serial:{device}"))) as line:
+        assert line.problem == ""
+        assert list(line.receive()) == []
+        every_byte = bytes(range(256))
+        line.send(every_byte)
+        assert read_far(far, 256) == every_byte
+        os.write(far, every_byte)
+        assert hear(line, 256) == every_byte
+        assert line.sockets()[0].fileno() >= 0
+
+
+def test_a_serial_line_that_takes_nothing_holds_nobody_up():
+    with radio() as (far, device), closing(open_line(parse_connect(f"serial:{device}"))) as line:
+        start = time.monotonic()
+        for _ in range(2000):
+            line.send(b"0123456789" * 10)
+        assert time.monotonic() - start < 2
+        assert line.congested
+        got = read_far(far, 100)
+        until(lambda: list(line.receive()) or not line.congested or read_far(far, 1), "room")
+        assert set(got[:100]) == set(b"0123456789")
+
+
+def test_a_serial_device_that_vanishes_is_reported_and_opened_again(tmp_path):
+    device, clock = tmp_path / "ttyUSB0", Clock()
+    with closing(SerialLine(parse_connect(f"serial:{device}"), clock)) as line:
+        assert line.problem == "no such device (plugged in, and powered?)"
+        assert line.sockets() == []
+        line.send(b"into the void")
+        with radio() as (far, name):
+            device.symlink_to(name)
+            assert list(line.receive()) == []  # its time has not come
+            assert line.problem
+            clock.now += 1
+            list(line.receive())
+            assert line.problem == ""
+            os.write(far, b"here")
+            assert hear(line, 4) == b"here"
+            device.unlink()
+        until(lambda: list(line.receive()) or line.problem, "the loss")
+        assert "vanished" in line.problem
+        assert line.sockets() == []
+        with radio() as (far, name):
+            device.symlink_to(name)
+            clock.now += 6
+            list(line.receive())  # opens it, and forgets what came before
+            os.write(far, b"back")
+            assert hear(line, 4) == b"back"
+
+
+def test_a_serial_device_of_another_program_is_not_shared():
+    with radio() as (_, device):
+        address = parse_connect(f"serial:{device}")
+        with closing(open_line(address)), closing(open_line(address)) as second:
+            assert second.problem == "in use by another program"
+
+
+def test_without_pyserial_a_serial_address_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "serial", None)
+    with pytest.raises(LinkError, match=r"pip install 'mavherd\[serial\]'"):
+        open_line(parse_connect("serial:/dev/ttyUSB0"))
