@@ -20,11 +20,12 @@ def main(addresses: list[str]) -> None:
         both = fleet["rover1", "quad1"]
         both.arm()
         quad.takeoff(up=HEIGHT)
+        quad.goto(start.east, start.north, HEIGHT)
 
         def above_the_rover(t: float) -> Moving:
             """Say where to be and how fast: without a velocity it would lag behind."""
-            (east, north, _), velocity = rover.state.position, rover.state.velocity
-            return (east, north, HEIGHT), velocity
+            state = rover.state
+            return (state.position.east, state.position.north, HEIGHT), state.velocity
 
         quad.follow(above_the_rover)  # asked at every tick from now on
         for east, north in CORNERS:

@@ -99,7 +99,7 @@ class Inspection:
             self._fences[name] = asked
         checks = checklist(station, spec, self._scenario, now, self._fences.get(name))
         complaint = self.board.complaint(name)
-        if not complaint:
+        if not complaint or station.problem:  # what is wrong for good needs no second look
             return checks
         text = complaint.removeprefix(f"{spec.connect}: ")
         return [Check("link", False, text), *checks[1:]]

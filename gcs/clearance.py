@@ -11,7 +11,9 @@ _LASTS_S = 1.0  # what is missing for a shorter time is not worth a word
 
 
 class Clearance:
-    """Asked once a tick; once `given`, it is not taken back, but a wrong vehicle ends the run."""
+    """Asked once a tick. Until its vehicle has begun, it is taken back when something is missing
+    again, unless it `lasts`: then once `given` it stays. A reboot always takes it back.
+    """
 
     def __init__(
         self,
@@ -19,8 +21,12 @@ class Clearance:
         scenario: Scenario,
         station: Station,
         tell: Callable[[str, str], None],
+        *,
+        lasts: bool = False,
     ) -> None:
         self.given = False
+        self._lasts = lasts
+        self._boots = 0
         self._spec = spec
         self._scenario = scenario
         self._station = station
@@ -31,11 +37,19 @@ class Clearance:
         self._absent_since = 0.0
         self._told: tuple[str, ...] = ()
 
-    def update(self, now: float, complaint: str) -> None:
-        """Look again; `complaint` is its line's. Raises StationError when it will not be given."""
+    def update(self, now: float, complaint: str, *, begun: bool) -> None:
+        """Look again; `complaint` is its line's. Raises StationError when it will not be given.
+
+        So it does when a vehicle that has `begun` reboots, of which nothing holds any more.
+        """
         if self._station.problem:
             raise StationError(self._station.problem)
-        if self.given:
+        if self._station.status.boots != self._boots:
+            self._boots = self._station.status.boots
+            self._take_back(now)
+            if begun:
+                raise StationError(f"{self._spec.name}: has rebooted at {now:.1f} s")
+        if self.given and (begun or self._lasts):
             return
         if self._asked_at is None:
             self._asked_at = self._fine_at = now
@@ -44,11 +58,15 @@ class Clearance:
         elif now - self._fine_at > COMPLAINT_S:
             raise StationError(f"{self._spec.name}: {complaint}")
         absent = missing(checklist(self._station, self._spec, self._scenario, now))
-        if not absent:
+        if not absent and not complaint:
+            if not self.given:
+                self._tell("preflight", "ready")
             self.given = True
-            self._tell("preflight", "ready")
             return
-        names, what = tuple(check.name for check in absent), complaint or _listed(absent)
+        if self.given:
+            self._take_back(now)
+        names = tuple(check.name for check in absent) or ("link",)
+        what = complaint or _listed(absent)
         if names != self._absent:
             self._absent, self._absent_since = names, now
         patience = self._scenario.team.ready_timeout_s
@@ -57,6 +75,11 @@ class Clearance:
         if names != self._told and now - self._absent_since >= _LASTS_S:
             self._told = names
             self._tell("preflight", f"waits for {what}")
+
+    def _take_back(self, now: float) -> None:
+        self.given = False
+        self._asked_at = self._fine_at = now
+        self._told = ()
 
 
 def _listed(absent: list[Check]) -> str:

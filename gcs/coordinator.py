@@ -40,7 +40,14 @@ class Coordinator:
         self.events: list[Event] = []  # the caller takes them
         self._kinds = {spec.name: spec.kind for spec in scenario.robots}
         self.members = {
-            spec.name: Member(spec, scenario, (taps or {}).get(spec.name), self.events, conduct)
+            spec.name: Member(
+                spec,
+                scenario,
+                (taps or {}).get(spec.name),
+                self.events,
+                conduct,
+                strict=strict,
+            )
             for spec in scenario.robots
             if spec.name in own
         }

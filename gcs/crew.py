@@ -95,8 +95,12 @@ class Crew:
         ends = {}
         for spec in self._starts:
             if spec.connect is not None:
-                address = {"connect": spec.connect, "udp": [], "tcp": None}
-                self.ports[spec.name] = {"system_id": spec.system_id, **address}
+                self.ports[spec.name] = {
+                    "system_id": spec.system_id,
+                    "connect": spec.connect,
+                    "udp": [],
+                    "tcp": None,
+                }
                 continue
             ours, theirs = socket_pair_udp()
             control, its_control = socket.socketpair()

@@ -128,7 +128,7 @@ class Ground:
         self.drain(now)
         for name, track in self._tracks.items():
             member = self.core.members[name]
-            member.complaint = self._lines.complaint(name)
+            member.complaint = "" if member.prepared else self._lines.complaint(name)
             track.add(member.station.status)
         self.exchange_and_tick(now)
 

@@ -60,6 +60,8 @@ class Member:
         tap: Tap | None,
         events: list[Event],
         conduct: MakeConduct,
+        *,
+        strict: bool = True,
     ) -> None:
         team = scenario.team
         self.spec = spec
@@ -82,7 +84,9 @@ class Member:
             params=team.law_params,
         )
         self.clearance = (
-            Clearance(spec, scenario, self.station, self.tell) if spec.external else None
+            Clearance(spec, scenario, self.station, self.tell, lasts=not strict)
+            if spec.external
+            else None
         )
         self.complaint = ""
         self.target: Target | None = None
@@ -129,7 +133,8 @@ class Member:
             event = Event(t=at, vehicle=self.spec.name, kind="text", text=text, severity=severity)
             self._events.append(event)
         if self.clearance:
-            self.clearance.update(now, self.complaint)
+            begun = self.mission.phase is not Phase.WAITING
+            self.clearance.update(now, self.complaint, begun=begun)
         if self.is_lost and self.prepared:
             silent = now - max(0.0, self.station.status.heartbeat_at)
             raise StationError(f"{self.spec.name}: no heartbeat for {silent:.0f} s")

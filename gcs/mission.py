@@ -10,8 +10,8 @@ from ..transport.wire import Phase, VehicleState
 from ..vehicles.flight.modes import Mode
 from .laws import Command, Nominal
 from .starter import Starter
-from .station import Request, Station
-from .takeover import Grip
+from .station import Request, Station, StationError
+from .takeover import Grip, loss
 
 ARRIVED = 0.2  # m
 START_PATIENCE_S = 30.0  # for a vehicle that refuses to arm to change its mind
@@ -53,6 +53,7 @@ class Mission:
         self._stand: Triple = (0.0, 0.0, 0.0)  # where to stay in a phase without a path
         self._last: Triple = (0.0, 0.0, 0.0)  # where it was when it was last steered
         self._told_wait = False
+        self._lands = False  # it was seen to: from then on another mode is somebody's wish
 
     def nominal(self, now: float) -> Nominal | None:
         """Return where the robot would go were it alone; None while nobody steers it."""
@@ -168,16 +169,19 @@ class Mission:
 
     def _land(self, now: float, me: VehicleState) -> None:
         """Land (a rover only stops), and be done once disarmed."""
-        station = self._station
+        station, mode = self._station, Mode.LAND if self._flies else Mode.HOLD
         if not me.armed:
             self._enter(Phase.DONE, now)
+        elif station.in_mode(mode):
+            self._lands = True
+            if not self._flies:
+                self._ask("disarming", now, lambda: station.disarm(now))
+        elif self._lands:
+            raise StationError(loss(station, now, mode))
         elif self._flies:
-            if not station.in_mode(Mode.LAND):
-                self._ask("landing", now, lambda: station.land(now))
-        elif not station.in_mode(Mode.HOLD):
-            self._ask("mode", now, lambda: station.set_mode(Mode.HOLD, now))
+            self._ask("landing", now, lambda: station.land(now))
         else:
-            self._ask("disarming", now, lambda: station.disarm(now))
+            self._ask("mode", now, lambda: station.set_mode(mode, now))
 
     def _ask(self, what: str, now: float, send: Callable[[], Request]) -> None:
         """Make a request once, and again some time after a refusal or a yes that does not show."""

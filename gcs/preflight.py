@@ -5,7 +5,7 @@ Each check is a pure look at what the vehicle has told its station. One whose pr
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import degrees, hypot
+from math import degrees, hypot, isfinite
 from typing import NamedTuple
 
 from ..scenarios.paths import extremes
@@ -18,6 +18,7 @@ HEARD_S = 3.0  # a heartbeat older than this is no link
 FRESH_S = 3.0  # and a position older than this is none
 PLACE_M = 2.0  # from the scenario's start; the mission begins from where the vehicle stands
 BATTERY = 0.3  # of full
+STANDING = 0.3  # m/s, and less: no more than an estimate's noise
 
 _AT_ONCE_S = 1.0  # reasons that come together
 
@@ -154,6 +155,10 @@ def _place(p: Preflight) -> Check:
     east, north, _ = swap_ned_enu(p.status.position)
     start = p.spec.start
     off = hypot(east - start.east, north - start.north)
+    fence = p.scenario.fence
+    if fence and not fence.holds((east, north, 0.0)):
+        text = f"stands at east {east:.1f}, north {north:.1f}, outside the fence"
+        return Check("place", False, text, "move it inside, or widen `fence` in the scenario")
     if off <= PLACE_M:
         return Check("place", True, f"{off:.1f} m from its start")
     text = f"stands at east {east:.1f}, north {north:.1f}, {off:.1f} m from its start"
@@ -187,7 +192,8 @@ def _battery(p: Preflight) -> Check:
 
 def _fence(p: Preflight) -> Check:
     """Tell of the vehicle's own fence, which nobody needs, but which surprises those who forgot."""
-    told = {name: q.value for name, q in p.fence.items() if q.value is not None}
+    values = {name: q.value for name, q in p.fence.items()}
+    told = {name: v for name, v in values.items() if v is not None and isfinite(v)}
     radius = told.get("FENCE_RADIUS", told.get("GF_MAX_HOR_DIST"))
     if radius is None or not all(question.done for question in p.fence.values()):
         return Check("fence", None, "its own: not told", required=False)
@@ -213,6 +219,9 @@ def _ready(p: Preflight) -> Check:
     if s.armed and p.spec.kind == "quadcopter" and not s.landed:
         cure = "land and disarm it first: nobody takes over a vehicle in flight"
         return Check("ready", False, "armed already, and not known to stand", cure)
+    if s.armed and hypot(*s.velocity) > STANDING:
+        cure = "stop and disarm it first: nobody takes over a vehicle that is driven"
+        return Check("ready", False, "armed already, and moving", cure)
     if s.armed:
         return Check("ready", True, "armed already, standing")
     if s.prearm_ok:

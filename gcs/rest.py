@@ -67,7 +67,11 @@ class ComeToRest:
         self._request: Request | None = None
         self._retry_at = 0.0
         self._stands_since = now
-        if not self._station.status.armed:
+        # An arming that is under way would be asked for again, and might still succeed.
+        self._may_arm = self.phase is Phase.STARTING and not self._station.status.armed
+        if self._may_arm:
+            self._tell("rest", "is not to arm any more")
+        elif not self._station.status.armed:
             self._finish("")
         else:
             then = "" if at_end == "hold" else f", then {self._end_in_words()}"
@@ -84,7 +88,10 @@ class ComeToRest:
         if hypot(*me.velocity) > _STANDING:
             self._stands_since = now
         self.direct = HOLD if self._station.in_mode(Mode.GUIDED) else None
-        if not me.armed:
+        if self._may_arm:
+            self._insist(now, self._station.disarm)
+            self._may_arm = self._request is None or not self._request.done
+        elif not me.armed:
             self._finish("is disarmed")
         elif now > self._give_up_at:
             self._finish(f"is still armed, in {self._station.mode_name()}")

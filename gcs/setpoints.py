@@ -2,7 +2,8 @@
 
 Our own vehicles and copters close the position loop themselves and take feed-forwards in the same
 message. Rovers of real flight stacks ignore the velocity in a position target and then follow two
-metres behind a moving one; so their loop is closed here, and they are told velocities only.
+metres behind a moving one; so their loop is closed here, and they are told velocities only (of the
+paper's law, not the turn rate).
 """
 
 from enum import Enum
@@ -63,7 +64,7 @@ def setpoint(form: Form, command: Command, me: Peer, v_max: float) -> Setpoint:
     if form is Form.COURSE:
         return STOP if speed < STANDSTILL else Setpoint(forward=forward, yaw=course)
     if speed < STANDSTILL:
-        return Setpoint(velocity=_STILL)
+        return Setpoint(position=me.position)  # a PX4 rover, too, would turn a zero to north
     # Without a speed there is no course to turn to.
     share = max(forward / speed, STANDSTILL / speed)
     return Setpoint(velocity=(share * east, share * north, 0.0))

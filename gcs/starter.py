@@ -14,8 +14,7 @@ CLIMBED = 0.2  # m below the height that counts as there, and above the ground a
 CLIMB_PATIENCE_S = 8.0  # without getting higher; after 10 s on the ground vehicles disarm
 _SHOWN_S = 3.0  # from a yes to the HEARTBEAT that shows it; ArduPilot's boot forgets a mode
 _RECENT_S = 5.0  # texts so old may still be the reason of a refusal
-_SECOND_THOUGHTS = 1  # a vehicle may disarm itself so often on the ground, and is armed again
-_UP = 0.5  # m above the ground: flies
+_SECOND_THOUGHTS = 1  # one that was armed may disarm itself so often before it is in GUIDED
 _BELOW = 0.3  # m under the ground: a set-point right at it is above it at times, and takes off
 _RISE = 0.1  # m that count as getting higher
 
@@ -41,7 +40,7 @@ class Starter:
         self._asked_at = 0.0
         self._armed = False
         self._disarmed = 0  # times, by itself
-        self._up = False  # it has left the ground, and must stay in our hands
+        self._ours = False  # it was armed in GUIDED, and must stay in our hands
         self._grip = Grip(station)
         self._flew = False  # before we have had it
         self._target_up: float | None = None  # of the position target to climb by
@@ -51,10 +50,11 @@ class Starter:
     def arm(self, now: float, me: VehicleState) -> bool:
         """Return whether it is in GUIDED and armed; until then have it so.
 
-        Raises StationError with the vehicle's reasons when patience ends.
+        Raises StationError with the vehicle's reasons when patience ends, or when somebody else
+        takes it once it was so.
         """
         station, stack = self._station, self._station.stack
-        if self._up and not self._grip.check(now):
+        if self._ours and not self._grip.check(now):
             return False
         self._began_at = now if self._began_at is None else self._began_at
         guided = station.in_mode(Mode.GUIDED)
@@ -75,6 +75,7 @@ class Starter:
         elif not me.armed:
             self._ask("arming", now, lambda: station.arm(now))
         else:
+            self._ours = True
             return True
         return False
 
@@ -87,7 +88,6 @@ class Starter:
         station, stack = self._station, self._station.stack
         stand = self._stand or me.position
         height, ground = me.position[2], stand[2]
-        self._up = self._up or height > ground + _UP
         if height >= up - CLIMBED:
             return True
         if self._flew or (stack is not None and stack.climbs_by_target):

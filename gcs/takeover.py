@@ -6,15 +6,16 @@ from .station import Request, Station, StationError, said_since
 
 SILENT_S = 0.9  # of its link; vehicles that need a stream fail safe after 1 s, some sooner
 _AFTER_S = 5.0  # from the end of a silence to the HEARTBEAT that tells what it has led to
+_SETTLED_S = 0.5  # after a silence: a HEARTBEAT in GUIDED says that it has led to nothing
 _PAUSE_S = 1.0  # first: PX4 comes back by itself when set-points flow again
 _TRIES = 5
 _RETRY_S = 1.0
 _RECENT_S = 5.0
 
 
-def loss(station: Station, now: float) -> str:
-    """Return how a vehicle got out of our hands, with what it says about it."""
-    what = f"left {station.mode_name(Mode.GUIDED)} for {station.mode_name()}"
+def loss(station: Station, now: float, mode: Mode = Mode.GUIDED) -> str:
+    """Return how a vehicle we had in `mode` got out of our hands, with what it says about it."""
+    what = f"left {station.mode_name(mode)} for {station.mode_name()}"
     if not station.status.armed:
         what = "disarmed itself"
     said = said_since(station.status.texts, now - _RECENT_S, mav.MAV_SEVERITY_INFO)
@@ -50,6 +51,9 @@ class Grip:
         if status.armed and self._station.in_mode(Mode.GUIDED):
             if self._lost:
                 self._request, self._tries, self._lost, self._silent_at = None, 0, False, None
+            elif self._silent_at is not None:
+                if status.heartbeat_at > self._silent_at + _SETTLED_S:
+                    self._silent_at = None
             return True
         if not self._lost:
             if not self._was_silent(now):

@@ -29,7 +29,8 @@ PHYSICS = (
 PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "functools"}
 SANS_IO = (
     *(f"transport/{name}" for name in ("mavlink", "extra_messages", "frames", "wire")),
-    *(f"gcs/{name}" for name in ("mission", "starter", "coordinator")),
+    *(f"gcs/{name}" for name in ("mission", "starter", "takeover", "coordinator", "member")),
+    *(f"gcs/{name}" for name in ("rest", "clearance", "preflight", "setpoints", "fence")),
     *(f"vehicles/{name}" for name in ("vehicle", "routing", "attention")),
 )
 SANS_IO_FOLDERS = (

@@ -4,6 +4,7 @@ A line is an `Endpoint` that we call or listen at. What is wrong with it at this
 `problem`; it goes on trying. `receive` must be called a few times a second, or nothing is mended.
 """
 
+import errno
 import os
 import socket
 import time
@@ -43,9 +44,7 @@ def open_line(address: Address) -> Line:
         case "tcp":
             return TcpClient(address)
         case "udpin":
-            line = UdpIn(address.host, address.port, _MAX_VEHICLES)
-            _widen(line)
-            return line
+            return _listen(address)
         case "udpout":
             return UdpOut(address.host, address.port)
         case "serial":
@@ -122,7 +121,11 @@ class TcpClient:
     def _dial(self) -> None:
         family, where = self._addresses[0]
         self._addresses.append(self._addresses.pop(0))  # the next time another of its addresses
-        sock = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            sock = socket.socket(family, socket.SOCK_STREAM)
+        except OSError as error:  # IPv6 is switched off, or too many files are open
+            self._fail(_reason(error))
+            return
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _QUEUED)
@@ -182,6 +185,15 @@ def _reason(error: OSError) -> str:
     return os.strerror(error.errno).lower() if error.errno else str(error)
 
 
-def _widen(line: UdpIn) -> None:
+def _listen(address: Address) -> UdpIn:
+    try:
+        line = UdpIn(address.host, address.port, _MAX_VEHICLES)
+    except LinkError as error:
+        if getattr(error.__context__, "errno", None) == errno.EADDRINUSE:
+            cure = "close it, or have the vehicle send to another port"
+            taken = "another program listens here, a ground station perhaps"
+            raise LinkError(f"{address.text}: {taken} ({cure})") from None
+        raise
     with suppress(OSError):
         line.sockets()[0].setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+    return line

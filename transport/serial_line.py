@@ -3,6 +3,7 @@
 import os
 import select
 import socket
+import termios
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -80,6 +81,8 @@ class SerialLine:
             self.problem = ""
         except (OSError, ValueError) as error:  # SerialException is an OSError
             self._fail(_reason(error))
+        except termios.error as error:  # it has vanished in the middle of this
+            self._fail(_reason(OSError(*error.args)))
 
     def _read(self) -> bytes:
         """Return what has arrived, nothing when the device is quiet or gone."""

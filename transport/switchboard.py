@@ -17,6 +17,9 @@ from .links import Link
 from .mavlink import AUTOPILOT_COMPONENT, Codec, Message, mav
 
 FRESH_S = 3.0  # a vehicle heard longer ago is silent
+ALONE_S = (
+    2.2  # after which a second vehicle of the same id would have been heard: heartbeats at 1 Hz
+)
 _MAX_SOURCES = 4  # remembered for one system id
 _ORDERLY = 8  # frames that a network may bring out of order
 _JUMPS = 3  # of a sequence number within FRESH_S: two are counting
@@ -62,6 +65,7 @@ class _Trunk:
         self.names: dict[int, str] = {}  # wanted, by system id
         self.voices: dict[int, dict[str, _Voice]] = {}  # by system id and source
         self.holders: dict[int, _Voice] = {}  # whom we believe and answer
+        self.heard_since: dict[int, float] = {}  # by system id: its first heartbeat
         self.doubled_at: dict[int, float] = {}  # when two sources were heard in turn
         self.is_spoken_on = False  # anything at all has arrived
 
@@ -92,6 +96,7 @@ class _Trunk:
         return [source for source, voice in voices.items() if now - voice.at < FRESH_S]
 
     def _note(self, system: int, link: Link, heartbeat: Message, now: float) -> None:
+        self.heard_since.setdefault(system, now)
         voices = self.voices.setdefault(system, {})
         if link.label not in voices and len(voices) >= _MAX_SOURCES:
             del voices[min(voices, key=lambda source: voices[source].at)]
@@ -220,7 +225,8 @@ class Switchboard:
     def complaint(self, name: str) -> str:
         """Return why the vehicle behind an address is not, or not only, the one wanted.
 
-        Empty as long as it is heard, and nobody else calls itself so.
+        Empty as long as it is heard, and nobody else calls itself so: ALONE_S after its first
+        heartbeat at the earliest.
         """
         trunk, wanted = self._wanted[name]
         now, where = self._clock(), trunk.address.text
@@ -233,7 +239,8 @@ class Switchboard:
                 f"({both}give each its own: SYSID_THISMAV or MAV_SYS_ID)"
             )
         if trunk.fresh(wanted, now):
-            return ""
+            is_sure = now - trunk.heard_since[wanted] >= ALONE_S
+            return "" if is_sure else f"{where}: heard; listening for a second system {wanted}"
         if wanted in trunk.holders:
             silent = now - trunk.holders[wanted].at
             return f"{where}: system {wanted} has been silent for {silent:.0f} s"

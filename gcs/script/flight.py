@@ -10,6 +10,8 @@ from ..starter import Starter
 from ..station import Question, Request, Station, StationError, plan
 from .errors import TakenOver
 
+_TRIES = 5  # a PX4 thinks about a mission for a while before it would fly it
+_RETRY_S = 1.0
 _GRACE_S = 2.0  # between leaving AUTO by itself and telling that the last item is reached
 
 
@@ -24,6 +26,8 @@ class Flight:
         self._items = plan(points, station.kind, origin, ground)
         self._upload: Question | None = None
         self._request: Request | None = None
+        self._tries = 0
+        self._retry_at = 0.0
         self.began = False  # AUTO was seen
         self._left_at: float | None = None
 
@@ -49,10 +53,12 @@ class Flight:
             self.began, self._left_at = True, None
         elif self.began:
             self._check_left(now, me)
-        elif self._request is None:
+        elif self._request is None or (self._request.refused and now >= self._retry_at):
+            if self._tries == _TRIES and self._request:
+                raise StationError(self._request.error)
+            self._tries += 1
+            self._retry_at = now + _RETRY_S
             self._request = station.set_mode(Mode.AUTO, now)
-        elif self._request.refused:
-            raise StationError(self._request.error)
         return False
 
     def _check_left(self, now: float, me: VehicleState) -> None:

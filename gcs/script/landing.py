@@ -1,6 +1,7 @@
 """Lands a vehicle where it is, or stops a rover, and sees it disarmed. No I/O."""
 
 from collections.abc import Callable
+from math import hypot
 
 from ...transport.wire import VehicleState
 from ...vehicles.flight.modes import Mode
@@ -9,6 +10,8 @@ from .errors import TakenOver
 
 _RETRY_S = 1.0
 _TRIES = 5
+_STANDING = 0.1  # m/s
+_ROLLS_S = 5.0  # at most, on hold; one that still says it moves does not know better
 
 
 class Landing:
@@ -18,7 +21,7 @@ class Landing:
         self._station = station
         self._flies = flies
         self._mode = Mode.LAND if flies else Mode.HOLD
-        self._began = False  # the mode was seen: from then on another one is somebody's wish
+        self._began_at: float | None = None  # the mode was seen: another one is somebody's wish
         self._request: Request | None = None
         self._retry_at = 0.0
         self._tries = 0
@@ -29,10 +32,11 @@ class Landing:
         if not me.armed:
             return True
         if station.in_mode(self._mode):
-            self._began = True
-            if not self._flies:
+            self._began_at = now if self._began_at is None else self._began_at
+            stands = hypot(*me.velocity) < _STANDING or now - self._began_at > _ROLLS_S
+            if not self._flies and stands:
                 self._ask("disarming", now, lambda: station.disarm(now))
-        elif self._began:
+        elif self._began_at is not None:
             raise TakenOver(
                 f"{station.name}: left {self._mode.name} for {station.mode_name()} at {now:.1f} s; "
                 "arm() takes it back"

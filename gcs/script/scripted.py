@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import dist
 
 from ...scenarios.schema import RobotSpec, Scenario
-from ...transport.frames import Triple
+from ...transport.frames import Triple, swap_ned_enu
 from ...transport.wire import Phase, VehicleState
 from ...vehicles.flight.modes import Mode
 from ..laws import HOLD, Command, Nominal
@@ -19,11 +19,13 @@ from ..takeover import Grip
 from .errors import FleetError, Refused, TakenOver
 from .flight import Flight
 from .landing import Landing
+from .obstacle import CLIMB_M, Situation, filled, obstacle
 from .orders import STEERED, Arm, Fly, Follow, Goto, Hold, Land, Move, Order, Rest, TakeOff
 from .values import Path, triple
 
 _STILL: Triple = (0.0, 0.0, 0.0)
-_UP = 0.5  # m above its start, for a vehicle that does not say whether it has landed
+_LEAD_M = 0.25  # of a velocity's target: makes up for one that is not quite reached
+_SAME_HEIGHT_M = 0.5
 
 
 @dataclass(slots=True, eq=False)
@@ -46,8 +48,9 @@ class Scripted:
         self.flies = spec.kind == "quadcopter"
         self.airborne = False
         self._was_armed = False
-        self.commanded = False  # ever: from then on it is ours to bring to rest
+        self.commanded = False  # by us, not by a pilot: it is ours to bring to rest
         self._origin = scenario.origin
+        self._fence = scenario.fence
         self._ground = spec.start.up or 0.0
         self._station = station
         self._tell = tell
@@ -58,13 +61,14 @@ class Scripted:
         self._failure: BaseException | None = None  # of the script's own code
         self._target: Triple = _STILL
         self._velocity: Triple = _STILL
+        self._moved_at = 0.0
 
     def give(self, order: Order) -> Task:
         """Take an order in place of the present one; its task tells what becomes of it.
 
         Raises Refused when the vehicle is in no state for it.
         """
-        if problem := self._obstacle(order):
+        if problem := obstacle(order, self._situation()):
             raise Refused(f"{self.spec.name}: {problem}")
         if isinstance(order, TakeOff) and self.airborne:
             order = Goto(None, None, order.up)
@@ -123,14 +127,15 @@ class Scripted:
                 self.commanded = True
                 self._enter(Phase.STARTING)
             case Goto():
-                wanted = (order.east, order.north, order.up if self.flies else None)
-                east, north, up = (
-                    here if there is None else there
-                    for here, there in zip(me.position, wanted, strict=True)
-                )
-                self._target = (east, north, up)
-            case Hold() | Move():
+                self._target = filled(order, me.position, flies=self.flies)
+            case Hold():
                 self._target = me.position
+            case Move():
+                height = self._target[2]  # the one that was meant, if it is about there
+                if abs(height - me.position[2]) > _SAME_HEIGHT_M:
+                    height = me.position[2]
+                self._target = (me.position[0], me.position[1], height)
+                self._moved_at = self.task.begun_at
             case Fly():
                 self._target = me.position
                 self._flight = Flight(station, order.points, self._origin, self._ground)
@@ -154,7 +159,7 @@ class Scripted:
             case Hold():
                 task.done = True
             case Move(velocity=velocity):
-                self._move(velocity, me)
+                self._move(velocity, now, me)
                 task.done = True
             case Follow(path=path):
                 self._follow(task, path, now, me)
@@ -200,11 +205,17 @@ class Scripted:
                 self._ended(Phase.DONE)
             raise TakenOver(f"{error} (arm() takes it back)") from None
 
-    def _move(self, velocity: Triple, me: VehicleState) -> None:
+    def _move(self, velocity: Triple, now: float, me: VehicleState) -> None:
+        """Move the target along, ahead of the vehicle by no more than it may have to catch up."""
+        dt, self._moved_at = now - self._moved_at, now
         east, north, up = velocity
-        height = me.position[2] if up != 0.0 or not self.flies else self._target[2]
-        self._target = (me.position[0], me.position[1], height)
         self._velocity = (east, north, up if self.flies else 0.0)
+        ahead = [
+            min(_LEAD_M, max(-_LEAD_M, there + v * dt - here))
+            for there, v, here in zip(self._target, self._velocity, me.position, strict=True)
+        ]
+        height = self._target[2] if up == 0.0 and self.flies else me.position[2] + ahead[2]
+        self._target = (me.position[0] + ahead[0], me.position[1] + ahead[1], height)
 
     def _follow(self, task: Task, path: Path, now: float, me: VehicleState) -> None:
         try:
@@ -222,6 +233,8 @@ class Scripted:
         """Leave an order that cannot be done: hold where that is still ours, else let it be."""
         task.error = task.error or error
         self.airborne = self.airborne or (self.flies and me.armed and self._is_up(me))
+        if isinstance(error, TakenOver):
+            self.commanded = False
         if not me.armed:
             self._ended(Phase.WAITING)
         elif self._station.in_mode(Mode.GUIDED) and (self.airborne or not self.flies):
@@ -229,26 +242,23 @@ class Scripted:
         else:
             task.order = Rest()
 
-    def _obstacle(self, order: Order) -> str:
-        """Return why the vehicle cannot take this order now; "" when it can."""
-        armed, name = self._station.status.armed, self._station.mode_name()
-        match order:
-            case Rest() | Arm() | Land():
-                return ""
-            case TakeOff() if not self.flies:
-                return "a rover cannot take off"
-        if not armed:
-            return "is not armed (call arm() first)"
-        if not self._station.in_mode(Mode.GUIDED):
-            return f"is in {name}, not under command (arm() takes it back)"
-        if self.flies and not self.airborne and not isinstance(order, TakeOff):
-            return "stands on the ground (call takeoff(up=...) first)"
-        return ""
+    def _situation(self) -> Situation:
+        station = self._station
+        east, north, up = swap_ned_enu(station.status.position)
+        return Situation(
+            flies=self.flies,
+            armed=station.status.armed,
+            commanded=station.in_mode(Mode.GUIDED),
+            mode=station.mode_name(),
+            airborne=self.airborne,
+            place=(east, north, up + 0.0),  # not -0
+            fence=self._fence,
+        )
 
     def _is_up(self, me: VehicleState) -> bool:
         landed = self._station.status.landed
         if landed is None:
-            return me.position[2] > (self.spec.start.up or 0.0) + _UP
+            return me.position[2] > (self.spec.start.up or 0.0) + CLIMB_M
         return not landed
 
     def _enter(self, phase: Phase) -> None:

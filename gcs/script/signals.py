@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM while a fleet is open: never in the middle of a tick, always in order."""
+"""Ctrl-C, SIGTERM and SIGHUP while a fleet is open: never in mid-tick, always in order."""
 
 import signal
 import threading
@@ -12,14 +12,14 @@ _GRACE_S = 1.0  # for a tick to end by itself
 
 
 class Terminated(SystemExit):
-    """SIGTERM came: the with block is left as by any exception, then the process ends."""
+    """We are to end: the with block is left as by any exception, then the process ends."""
 
-    def __init__(self) -> None:
-        super().__init__(128 + signal.SIGTERM)
+    def __init__(self, signum: int) -> None:
+        super().__init__(128 + signum)
 
 
 class Signals:
-    """Turns both signals into exceptions, raised where a script can bear them.
+    """Turns these signals into exceptions, raised where a script can bear them.
 
     Only in the main thread; elsewhere whoever started the thread has its own way to stop.
     """
@@ -34,9 +34,8 @@ class Signals:
         """Begin to look after signals that nobody else does."""
         if threading.current_thread() is not threading.main_thread():
             return
-        ours = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
-        for signum, default in ours.items():
-            if signal.getsignal(signum) is default:
+        for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(signum) in (signal.default_int_handler, signal.SIG_DFL):
                 self._before[signum] = signal.signal(signum, self._note)
 
     def remove(self) -> None:
@@ -62,7 +61,7 @@ class Signals:
             raise pending
 
     def _note(self, signum: int, frame: FrameType | None) -> None:
-        error = KeyboardInterrupt() if signum == signal.SIGINT else Terminated()
+        error = KeyboardInterrupt() if signum == signal.SIGINT else Terminated(signum)
         if not self._guarded:
             raise error
         self._pending, self._since = error, time.monotonic()

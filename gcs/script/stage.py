@@ -15,11 +15,12 @@ from ..ground import Ground
 from ..open_run import OpenRun, RunOptions, Unseen
 from ..outcome import FAILED, INTERRUPTED, PASSED, Outcome
 from ..rest import ComeToRest
-from .errors import FleetError
+from .errors import FleetError, LinkLost
 from .pace import FreePace, LockstepPace, Pace
 from .scripted import Scripted
 from .signals import Signals, Terminated
 from .values import Event
+from .waiting import SILENT_S
 
 
 class Stage:
@@ -88,7 +89,7 @@ class Stage:
         steps: list[Callable[[], None]] = [
             lambda: self._farewell(at_end),
             self._stop,
-            lambda: self._report(error),
+            lambda: self._report(error or (failures[0] if failures else None)),
         ]
         for step in steps:
             try:
@@ -148,20 +149,27 @@ class Stage:
         """Have every armed vehicle that the script has commanded hold, then do as `at_end` says."""
         if at_end == "leave" or self._pace is None or self._pace.broken:
             return
-        pace, resting = self._pace, []
+        pace, resting = self._pace, dict[str, ComeToRest]()
         with pace.lock:
-            for member in self._members().values():
+            for name, member in self._members().items():
                 conduct, status = member.mission, member.station.status
                 if isinstance(conduct, Scripted) and conduct.commanded and status.armed:
-                    rest = ComeToRest(member, at_end, pace.now)
-                    member.mission = rest
-                    resting.append(rest)
-        while not all(rest.done for rest in resting):
+                    member.mission = resting[name] = ComeToRest(member, at_end, pace.now)
+        lost: dict[str, str] = {}
+        while any(not rest.done for name, rest in resting.items() if name not in lost):
             self.step()
+            for name in resting:
+                silent = pace.now - self._members()[name].station.status.heartbeat_at
+                if silent > SILENT_S:
+                    lost[name] = f"{name}: nothing heard for {silent:.0f} s, it was armed"
+        if lost:
+            raise LinkLost(f"left as they are: {'; '.join(lost.values())}")
 
     def _stop(self) -> None:
         """End every process; nothing is left afterwards."""
         run = self._run
+        if self._lines and not self._ground:
+            self._lines.close()
         if run is None:
             return
         if self._pace:

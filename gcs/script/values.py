@@ -1,6 +1,7 @@
 """Telemetry and events as plain values: ENU, metres from the fleet origin, SI, radians."""
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import NamedTuple
 
 from ...transport.frames import Triple
@@ -52,7 +53,17 @@ Path = Callable[[float], Moving]
 """Where a vehicle shall be, and how fast, `t` seconds after the order."""
 
 
+def finite(value: float, what: str) -> float:
+    """Return a number as a float; raise ValueError for what no vehicle should be sent."""
+    number = float(value)
+    if not isfinite(number):
+        raise ValueError(f"{what}: expected a finite number, got {value!r}")
+    return number
+
+
 def triple(values: Sequence[float]) -> Triple:
-    """Return three numbers as floats; raise ValueError for anything else."""
-    east, north, up = values
-    return (float(east), float(north), float(up))
+    """Return (east, north, up) as finite floats; raise ValueError for anything else."""
+    if len(values) != len(Position._fields):
+        raise ValueError(f"expected (east, north, up), got {values!r}")
+    east, north, up = map(finite, values, Position._fields)
+    return (east, north, up)

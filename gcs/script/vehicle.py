@@ -12,7 +12,7 @@ from .errors import FleetError, Refused
 from .orders import Arm, Fly, Follow, Goto, Hold, Land, Move, Order, TakeOff
 from .parameters import ParamValues
 from .scripted import Scripted
-from .values import Path, Position, State, Velocity, triple
+from .values import Path, Position, State, Velocity, finite, triple
 from .waiting import DEFAULT_S, Asking, Ear, Waiting, done_or_raise, unknown
 
 if TYPE_CHECKING:
@@ -70,8 +70,9 @@ class Vehicle:
 
         Waits until it is within 0.2 m; with wait=False it returns at once (see `wait_arrival`).
         """
-        height = None if up is None else float(up)
-        waiting = self._give(Goto(float(east), float(north), height), "goto", timeout)
+        height = None if up is None else finite(up, "up")
+        place = Goto(finite(east, "east"), finite(north, "north"), height)
+        waiting = self._give(place, "goto", timeout)
         if wait:
             self._fleet.await_all([waiting])
 
@@ -80,7 +81,7 @@ class Vehicle:
 
         Without a climb it keeps its height; a rover has none. Returns at once.
         """
-        self._give(Move((float(east), float(north), float(up))), "velocity")
+        self._give(Move(triple((east, north, up))), "velocity")
 
     def follow(self, path: Path) -> None:
         """Follow a moving target: path(t) gives its (position, velocity) t seconds from now on.
@@ -100,6 +101,8 @@ class Vehicle:
         In AUTO the vehicle flies on its own: others give way to it, it does not. Without a
         `timeout` the mission may take as long as it likes.
         """
+        if not points:
+            raise ValueError("mission: expected at least one (east, north, up) waypoint, got none")
         order = Fly(tuple(triple(point) for point in points))
         self._fleet.await_all([self._give(order, "mission", timeout)])
 
@@ -115,7 +118,7 @@ class Vehicle:
 
     def begin_takeoff(self, up: float, timeout: float = DEFAULT_S) -> Waiting:
         """Begin to climb."""
-        return self._give(TakeOff(float(up), timeout), "takeoff", timeout + _LATE_S)
+        return self._give(TakeOff(finite(up, "up"), timeout), "takeoff", timeout + _LATE_S)
 
     def begin_land(self, timeout: float = DEFAULT_S) -> Waiting:
         """Begin to land."""
@@ -133,7 +136,7 @@ class Vehicle:
         self._fleet.await_all([self.arrival(timeout)])
 
     def wait_mode(self, mode: str, timeout: float = DEFAULT_S) -> None:
-        """Wait until the vehicle is in a mode, by its own name for it: LAND, AUTO.LOITER, ..."""
+        """Wait until the vehicle is in a mode, by its flight stack's name: LAND, LOITER, HOLD."""
         modes = self.station.modes
         known = [name for _, name in modes.rows.values()] if modes else []
         if mode not in known:

@@ -109,6 +109,8 @@ class Alignment:
 
     def hear_local(self, position: Triple, velocity: Triple, now: float, *, stands: bool) -> None:
         """Take in a LOCAL_POSITION_NED; what `stands` is on the ground."""
+        if not all(map(isfinite, (*position, *velocity))):
+            return
         down = position[2]
         if stands:
             if self._ground is None or abs(down - self._ground) > _JUMP_M:

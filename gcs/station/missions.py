@@ -32,7 +32,8 @@ def plan(
 ) -> tuple[MissionItem, ...]:
     """Return the mission through `points` (east, north, up from the fleet origin).
 
-    A quadcopter first takes off to the height of the first point. `ground` is the height of home.
+    A quadcopter first takes off to the height of the first point; PX4 goes there once it is up,
+    wherever a takeoff is said to be. `ground` is the height of home.
     """
     nan = float("nan")
     items = []
@@ -42,7 +43,7 @@ def plan(
         where = (lat_deg, lon_deg, height)
         keep_yaw = (0.0, 0.0, 0.0, nan)
         if number == 0 and kind == "quadcopter":
-            items.append(MissionItem(mav.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, height, keep_yaw))
+            items.append(MissionItem(mav.MAV_CMD_NAV_TAKEOFF, *where, keep_yaw))
         items.append(MissionItem(mav.MAV_CMD_NAV_WAYPOINT, *where, keep_yaw))
     return tuple(items)
 
@@ -129,7 +130,9 @@ class MissionClient:
 
     def _on_request(self, m: Message, now: float) -> list[Message]:
         upload = self._upload
-        if upload is None or m.mission_type != _TYPE or not 0 <= m.seq < self._length(upload):
+        if upload is None or not upload.items or m.mission_type != _TYPE:
+            return []
+        if not 0 <= m.seq < self._length(upload):
             return []
         upload.tries, upload.next_try = 1, now + TRIES * RETRY_S  # it has heard of the list
         seq = m.seq - self._home_items

@@ -79,8 +79,7 @@ class Outside:
             self.stack = stack_heard(m.autopilot)
 
     def _start_again(self, s: VehicleStatus) -> None:
-        s.position_at = s.global_position_at = -1.0
-        s.origin = s.home = s.global_position = None
+        s.forget()
         self._streams.restart()
         self.alignment.forget()
         self._due = dict.fromkeys(self._due, 0.0)

@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import isclose
+from math import isclose, isfinite
 
 from ...transport.mavlink import Message, mav
 from .commands import RETRY_S, TRIES
@@ -60,10 +60,10 @@ class ParameterClient:
     def hear(self, m: Message, now: float) -> None:
         """Take in a PARAM_VALUE."""
         name = m.param_id[:NAME_LENGTH].partition("\0")[0]
-        self._types[name] = m.param_type
         asked = self._asked.get(name)
         if asked is None:
             return
+        self._types[name] = m.param_type
         question, value = asked.question, self._decoded(m)
         question.value = value
         if asked.value is None or isclose(value, asked.value, rel_tol=_SINGLE, abs_tol=1e-9):
@@ -84,10 +84,18 @@ class ParameterClient:
                 continue
             asked.tries += 1
             asked.next_try = now + RETRY_S
-            yield self._message(name, asked)
+            try:
+                message = self._message(name, asked)
+            except struct.error:
+                self._refuse(name, "it is an integer, of a type that this does not fit")
+            else:
+                yield message
 
     def _ask(self, name: str, value: float | None, what: str, now: float) -> Question:
         question = Question(what, self.heard, now)
+        if value is not None and not isfinite(value):
+            question.problem = f"{self.name}: {what}: not a number"
+            return question
         if not name or len(name) > NAME_LENGTH or not name.isascii():
             question.problem = f"{self.name}: {name!r} cannot be the name of a parameter"
             return question

@@ -1,6 +1,7 @@
 """The MAVLink client of one vehicle. `now` is fleet time in seconds, given by the caller."""
 
 from collections.abc import Callable
+from math import isfinite
 from typing import TypedDict, Unpack
 
 from ...transport.frames import Origin, Triple
@@ -19,7 +20,6 @@ from .targets import position_target
 SYSTEM_ID = 254
 COMPONENT_ID: int = mav.MAV_COMP_ID_MISSIONPLANNER  # 190, as MAVSDK and QGroundControl use it
 _HEARTBEAT_S = 1.0
-_US = ((0, SYSTEM_ID), (0, COMPONENT_ID))  # whom an answer may be for
 
 Tap = Callable[[bytes, float], None]
 """Sees every frame of the link, sent or received, with fleet time."""
@@ -142,6 +142,8 @@ class Station:
             self._hear_from_outside(m, self._outside, now)
         if name == "LOCAL_POSITION_NED":
             self._place((m.x, m.y, m.z), (m.vx, m.vy, m.vz), now)
+        elif not _is_for_us(m):
+            pass  # somebody else's, on a link that several share
         elif name == "COMMAND_ACK":
             self._on_ack(m, now)
         elif name == "PARAM_VALUE":
@@ -158,6 +160,8 @@ class Station:
 
     def _place(self, local: Triple, velocity: Triple, now: float) -> None:
         s = self.status
+        if not all(map(isfinite, (*local, *velocity))):
+            return  # an estimator in trouble: the age of the last position tells
         if self._outside:
             alignment = self._outside.alignment
             if not alignment.aligned:
@@ -167,8 +171,6 @@ class Station:
         s.position, s.velocity, s.position_at = local, velocity, now
 
     def _on_ack(self, m: Message, now: float) -> None:
-        if m.target_system not in _US[0] or m.target_component not in _US[1]:
-            return  # somebody else's, on a link that several share
         if self._outside or not self._streams.take_ack(m):
             self._commands.take_ack(m, now)
 
@@ -269,3 +271,9 @@ class Station:
             for frame in frames:
                 self._tap(frame, now)
         return b"".join(frames)
+
+
+def _is_for_us(m: Message) -> bool:
+    """Return whether an answer is meant for this station, or for everybody."""
+    system, component = getattr(m, "target_system", 0), getattr(m, "target_component", 0)
+    return system in (0, SYSTEM_ID) and component in (0, COMPONENT_ID)

@@ -2,9 +2,12 @@
 
 from collections import deque
 from dataclasses import dataclass, field
+from math import isfinite
 
 from ...transport.frames import Origin, Quaternion, Triple, quaternion_from_euler
 from ...transport.mavlink import Message, mav
+from ...vehicles.flight.modes import Mode
+from ...vehicles.flight.personality import PX4
 
 Text = tuple[float, int, str]
 """Fleet time, severity and text of a STATUSTEXT."""
@@ -16,6 +19,7 @@ _REORDERED_S = 1.0  # a clock that goes back further has begun anew
 _CHUNK = 50  # characters in a STATUSTEXT; a shorter one is the last
 _QUOTED = 3  # texts in an error
 _PREARM: int = mav.MAV_SYS_STATUS_PREARM_CHECK
+_OFFBOARD = PX4.modes["quadcopter"].number(Mode.GUIDED)
 _LANDED = {
     mav.MAV_LANDED_STATE_ON_GROUND: True,
     mav.MAV_LANDED_STATE_IN_AIR: False,
@@ -66,7 +70,6 @@ class VehicleStatus:
     origin: Origin | None = None  # of its own local frame
     global_position: tuple[float, float, float] | None = None  # as home
     global_position_at: float = -1.0
-    above_home: float | None = None  # m, as it says
     version: tuple[int, int, int] | None = None  # of its firmware
     texts: Texts = field(default_factory=lambda: deque(maxlen=KEPT_TEXTS))
     _chunks: dict[int, str] = field(default_factory=dict)
@@ -77,7 +80,7 @@ class VehicleStatus:
         if m.get_type() in _TELLS_TIME:
             self._on_time(m.time_boot_ms * 1e-3)
         match m.get_type():
-            case "ATTITUDE":
+            case "ATTITUDE" if isfinite(m.roll + m.pitch + m.yaw):
                 self.quaternion = quaternion_from_euler(m.roll, m.pitch, m.yaw)
                 self.yaw = m.yaw
             case "HEARTBEAT":
@@ -102,7 +105,6 @@ class VehicleStatus:
             case "GLOBAL_POSITION_INT":
                 self.global_position = _place(m.lat, m.lon, m.alt)
                 self.global_position_at = now
-                self.above_home = m.relative_alt * 1e-3
             case "HOME_POSITION":
                 self.home = _place(m.latitude, m.longitude, m.altitude)
             case "GPS_GLOBAL_ORIGIN":
@@ -112,6 +114,13 @@ class VehicleStatus:
                 self.version = (v >> 24 & 255, v >> 16 & 255, v >> 8 & 255)
         return None
 
+    def forget(self) -> None:
+        """Forget what a reboot has made untrue; its HEARTBEAT tells the rest anew."""
+        self.position_at = self.global_position_at = -1.0
+        self.origin = self.home = self.global_position = None
+        self.gps_fix = self.satellites = self.landed = None
+        self.sensors = self.prearm_ok = self.battery_remaining = self.battery_v = None
+
     def _on_time(self, boot_s: float) -> None:
         if boot_s < self.boot_s - _REORDERED_S:
             self.boots += 1
@@ -119,7 +128,10 @@ class VehicleStatus:
         self.boot_s = max(self.boot_s, boot_s)
 
     def _on_text(self, m: Message, now: float) -> Text | None:
-        """Join the chunks of a long text; PX4 ends its own with a tab."""
+        """Join the chunks of a long text; PX4 ends its own with a tab.
+
+        What a terminal might take for an order becomes a space.
+        """
         text: str = m.text
         if m.id:
             if len(self._chunks) > KEPT_TEXTS:
@@ -129,7 +141,8 @@ class VehicleStatus:
             if len(m.text) == _CHUNK:
                 self._chunks[m.id] = text
                 return None
-        whole = (now, m.severity, text.strip())
+        text = "".join(c if c.isprintable() else " " for c in text).strip()
+        whole = (now, m.severity, text)
         self.texts.append(whole)
         return whole
 
@@ -137,9 +150,12 @@ class VehicleStatus:
         present = m.onboard_control_sensors_present
         enabled, health = m.onboard_control_sensors_enabled, m.onboard_control_sensors_health
         self.sensors = (present, enabled, health)
-        # PX4 sets the bit in `health` only; ArduPilot's `enabled` says whether it checks at all.
-        told = self.autopilot == mav.MAV_AUTOPILOT_PX4 or enabled & _PREARM
-        self.prearm_ok = bool(health & _PREARM) if told else None
+        healthy = bool(health & _PREARM)
+        told = bool(enabled & _PREARM)  # ArduPilot: whether it checks at all
+        if self.autopilot == mav.MAV_AUTOPILOT_PX4:  # it sets the bit in `health` only,
+            # and in OFFBOARD, which a flight before may have left it in, not without a stream
+            told = healthy or self.custom_mode != _OFFBOARD
+        self.prearm_ok = healthy if told else None
         if m.voltage_battery not in (0, 0xFFFF):
             self.battery_v = m.voltage_battery * 1e-3
         if m.battery_remaining >= 0:

@@ -33,12 +33,15 @@ _PREARM_S = 2.0  # between two reminders; 30 in reality
 
 @dataclass(frozen=True, kw_only=True)
 class Manners:
-    """What a real autopilot does and ours does not. Times are seconds of the wall clock."""
+    """What a real autopilot does and ours does not. Times are seconds of the wall clock.
+
+    They count from the ground's first word, however long the start of both has taken.
+    """
 
     streams_on_request: bool = True  # nothing but heartbeats and texts before (ArduPilot)
-    origin_after_s: float = 0.0  # no local position, origin or home for so long after boot
+    origin_after_s: float = 0.0  # no local position, origin or home for so long
     origin_off: tuple[float, float, float] = (0.0, 0.0, 0.0)  # north, east, down of ours, m
-    arming_refused_s: float = 0.0  # after boot, with a reason
+    arming_refused_s: float = 0.0  # with a reason
     refuses_unannounced: bool = False  # the health bits say that all is well
     early_mode_lost_s: float = 0.0  # a mode set before is accepted, and put back (ArduPilot)
     position_only: bool = False  # rovers ignore velocity beside a position (ArduPilot)
@@ -63,7 +66,7 @@ class Passed(NamedTuple):
 
 
 class Actor:
-    """Plays manners. `now` is seconds since the vehicle's start."""
+    """Plays manners. `now` is seconds since the ground's first word, 0 before."""
 
     def __init__(self, manners: Manners, kind: str, autopilot: str) -> None:
         self.manners = manners
@@ -83,7 +86,7 @@ class Actor:
         self._pushed: set[str] = set()
         self._done: set[str] = set()
         self._yaw = 0.0
-        self._prearm_at = 1.0
+        self._prearm_at = 0.5
         self._text_id = 0
 
     @property

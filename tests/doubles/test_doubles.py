@@ -25,7 +25,8 @@ class Ground:
     def __init__(self, double):
         word, _, rest = double.address.partition(":")
         self.double = double
-        self.link = mavutil.mavlink_connection(f"{word}:{rest}", source_system=254, retries=10)
+        address = rest if word == "serial" else double.address
+        self.link = mavutil.mavlink_connection(address, source_system=254, retries=10)
         self.seen = []
         self.beat_at = 0.0
         self.turn()
@@ -112,7 +113,7 @@ def test_a_mannerless_double_lets_everything_through(start):
     ground.double.wait_until(lambda actor: actor.position[0] > 2.5, "a drive north")
 
 
-@pytest.mark.parametrize("link", ["tcp", "udpin", "udpout"])
+@pytest.mark.parametrize("link", ["tcp", "udpin", "udpout", "serial"])
 def test_streams_come_on_request_only_on_every_kind_of_link(start, link):
     port = 0
     if link == "udpin":

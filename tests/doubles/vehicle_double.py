@@ -6,6 +6,7 @@ What passes is changed as `Manners` say, so that the far end seems to be a real 
         ... connect: double.address ...
 """
 
+import os
 import re
 import select
 import signal
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+import tty
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -25,6 +27,7 @@ from mavherd.transport.mavlink import Codec, Message, mav
 HOST = "127.0.0.1"
 HOME = "47.3977,8.5456,488,0"  # the fleet origin of a scenario that names none
 PATIENCE = 20.0
+_START_S = 60.0
 _PILOT = 255, 190  # who speaks when a pilot takes over
 _TURN_S = 0.02
 
@@ -42,13 +45,14 @@ class VehicleDouble:
         autopilot: str = "ardupilot",
         position: tuple[float, float, float] = (0.0, 0.0, 0.0),  # ENU, from the fleet origin
         home: str = HOME,
-        link: str = "tcp",  # how the ground connects: tcp | udpin | udpout
+        link: str = "tcp",  # how the ground connects: tcp | udpin | udpout | serial
         port: int = 0,  # with udpin: where the ground listens; else: ours, 0 any
         options: tuple[object, ...] = (),
     ) -> None:
         self.actor = Actor(manners, kind, autopilot)
         self.system_id = system_id
         self._link = link
+        self._is_stream = link in ("tcp", "serial")
         self._process, vehicle_port = _start(
             folder / f"double{system_id}-{time.monotonic_ns()}.txt",
             kind,
@@ -61,7 +65,7 @@ class VehicleDouble:
         self._to_vehicle: dict[tuple[int, int], Codec] = {}  # by sender
         self._listening, self._ground, self._ground_at = self._open(port)
         self._from_ground = Codec(*_PILOT)
-        self._began = time.monotonic()
+        self._began: float | None = None
         self._stop = threading.Event()
         self._failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name=f"double {system_id}")
@@ -70,12 +74,14 @@ class VehicleDouble:
     @property
     def address(self) -> str:
         """What a scenario writes after `connect:`."""
+        if self._link == "serial":
+            return f"serial:{self._device}"
         return f"{self._link}:{HOST}:{self._port}"
 
     @property
     def now(self) -> float:
-        """Seconds since the vehicle's start."""
-        return time.monotonic() - self._began
+        """Seconds since the ground's first word."""
+        return 0.0 if self._began is None else time.monotonic() - self._began
 
     def wait_until(self, condition, what: str, patience: float = PATIENCE) -> None:
         """Return as soon as `condition(actor)` is true."""
@@ -107,6 +113,10 @@ class VehicleDouble:
             listening = socket.create_server((HOST, port))
             self._port = listening.getsockname()[1]
             return listening, None, None
+        if self._link == "serial":
+            ground = _Pty()
+            self._device = ground.device
+            return None, ground, None
         ground = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         ground.bind((HOST, port if self._link == "udpout" else 0))
         self._port = port if self._link == "udpin" else ground.getsockname()[1]
@@ -116,8 +126,8 @@ class VehicleDouble:
         try:
             greet_at = 0.0
             while not self._stop.is_set():
-                if self.now >= greet_at:  # vehicles speak to those who have spoken
-                    greet_at = self.now + 1
+                if time.monotonic() >= greet_at:  # vehicles speak to those who have spoken
+                    greet_at = time.monotonic() + 1
                     beat = mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
                     self._send_up([beat], _PILOT)
                 open_sockets = [s for s in (self._vehicle, self._listening, self._ground) if s]
@@ -152,7 +162,7 @@ class VehicleDouble:
     def _hear_ground(self) -> None:
         data = b""
         with suppress(OSError):
-            if self._link == "tcp":
+            if self._is_stream:
                 data = self._ground.recv(65536)
             else:
                 data, self._ground_at = self._ground.recvfrom(65536)
@@ -160,9 +170,10 @@ class VehicleDouble:
             if self._link == "tcp":
                 self._hang_up()
             return
+        self._began = self._began or time.monotonic()
         if self.actor.is_silent(self.now):
             return
-        for message in self._from_ground.decode(data, stream=self._link == "tcp"):
+        for message in self._from_ground.decode(data, stream=self._is_stream):
             sender = message.get_srcSystem(), message.get_srcComponent()
             up, down = self.actor.from_ground(message, self.now)
             self._send_up(up, sender)
@@ -179,7 +190,7 @@ class VehicleDouble:
         if not data or self._ground is None or self.actor.is_silent(self.now):
             return
         with suppress(OSError):
-            if self._link == "tcp":
+            if self._is_stream:
                 self._ground.sendall(data)
             elif self._ground_at:
                 self._ground.sendto(data, self._ground_at)
@@ -188,6 +199,29 @@ class VehicleDouble:
         if self._ground:
             self._ground.close()
         self._ground = None
+
+
+class _Pty:
+    """The vehicle's end of a serial cable, used like a socket; the other end is a device."""
+
+    def __init__(self) -> None:
+        self._far, self._near = os.openpty()  # the near end stays open: no hang-up between users
+        tty.setraw(self._near)
+        os.set_blocking(self._far, False)
+        self.device = os.ttyname(self._near)
+
+    def fileno(self) -> int:
+        return self._far
+
+    def recv(self, count: int) -> bytes:
+        return os.read(self._far, count)
+
+    def sendall(self, data: bytes) -> None:
+        os.write(self._far, data)  # what nobody reads is lost, as on a wire
+
+    def close(self) -> None:
+        os.close(self._far)
+        os.close(self._near)
 
 
 @contextmanager
@@ -212,7 +246,7 @@ def _start(log: Path, kind: str, *options: object) -> tuple[subprocess.Popen, in
             stdout=out,
             stderr=subprocess.STDOUT,
         )
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + _START_S
     while process.poll() is None and time.monotonic() < deadline:
         if found := re.search(rf"udpin:{HOST}:(\d+)", log.read_text()):
             return process, int(found[1])

@@ -1,5 +1,6 @@
 """Vehicles that somebody else has started fly the paper's missions, and are never left alone."""
 
+import json
 import os
 import signal
 import socket
@@ -101,10 +102,9 @@ class Flight:
 
     def said(self, name):
         """Return what the run has said of the end of a vehicle."""
-        events = yaml.safe_load_all(
-            (self.folder / "events.jsonl").read_text().replace("\n", "\n---\n")
-        )
-        return [e["text"] for e in events if e and (e["vehicle"], e["kind"]) == (name, "rest")]
+        lines = (self.folder / "events.jsonl").read_text().splitlines()
+        events = [json.loads(line) for line in lines]
+        return [e["text"] for e in events if (e["vehicle"], e["kind"]) == (name, "rest")]
 
     def finish(self):
         return self.runs.finish(self.process, timeout=DOWN_S + 40)
@@ -140,6 +140,7 @@ def missions(make_sandbox):
     return done
 
 
+@pytest.mark.timeout(300)  # real time, three at once
 @pytest.mark.parametrize("name", MISSIONS)
 def test_a_mission_of_external_vehicles_ends_as_with_our_own(missions, name):
     done, armed = missions[name]
@@ -219,6 +220,7 @@ def test_one_of_our_own_that_dies_brings_the_others_down(flight):
     assert far.said("quad1") == ["is brought to hold, then land", "is disarmed"]
 
 
+@pytest.mark.timeout(240)
 def test_own_and_external_vehicles_share_a_mission_each_with_its_own_coordinator(make_sandbox):
     runs, somebody = make_sandbox("mixed"), Somebody(make_sandbox("mixed-vehicles"))
     data = somebody.bring(load_scenario("crossing-targets"), own=("rover2", "quad3"))

@@ -19,6 +19,7 @@ FAR_M = 3.0
 _SCENARIO = """
 name: {name}
 duration: 60
+fence: {{east: [-20, 600], north: [-20, 20], up: 20}}
 team: {{start_sigma_m: 0, ready_timeout_s: {ready_timeout_s}}}
 robots:
 {robots}
@@ -39,6 +40,7 @@ class Plan:
     rover: Manners | None = None
     autopilot: str = "ardupilot"
     ready_timeout_s: float = 30
+    link: str = "tcp"
     share_a_port: bool = False  # both send to one UDP port
     twice: bool = False  # a second quadcopter with the same id sends there, too
     expected_id: int = 1  # of the quadcopter, in the scenario
@@ -48,21 +50,21 @@ class Plan:
 
 
 _ARDUPILOT = Manners(
-    origin_after_s=5,
+    origin_after_s=3,
     origin_off=(8, 6, -1.5),
-    arming_refused_s=7,
-    early_mode_lost_s=3,
+    arming_refused_s=5,
+    early_mode_lost_s=2,
     position_only=True,
     drives_while_turning=True,
 )
 _PX4 = Manners(
-    streams_on_request=False, origin_after_s=4, origin_off=(-8, 6, 2), arming_refused_s=6
+    streams_on_request=False, origin_after_s=3, origin_off=(-8, 6, 2), arming_refused_s=5
 )
 _SHORT = 5  # s that a run waits for vehicles which never get ready
 GROUPS = (
     {
         "ardupilot": Plan(quad=_ARDUPILOT, rover=_ARDUPILOT),
-        "px4": Plan(quad=_PX4, rover=_PX4, autopilot="px4"),
+        "px4": Plan(quad=_PX4, rover=_PX4, autopilot="px4", link="serial"),
         "silent px4": Plan(
             quad=Manners(streams_on_request=False, silences=((7, 3),)), autopilot="px4"
         ),
@@ -72,7 +74,7 @@ GROUPS = (
     },
     {
         "unannounced": Plan(
-            quad=Manners(arming_refused_s=8, refuses_unannounced=True),
+            quad=Manners(arming_refused_s=6, refuses_unannounced=True),
             rover=Manners(),
             share_a_port=True,
         ),
@@ -100,7 +102,7 @@ class Flight:
         self.quad: VehicleDouble | None = None
         self.rover: VehicleDouble | None = None
         port = sandbox.free_port(socket.SOCK_DGRAM) if plan.share_a_port else 0
-        common = {"autopilot": plan.autopilot, "link": "udpin" if port else "tcp", "port": port}
+        common = {"autopilot": plan.autopilot, "link": "udpin" if port else plan.link, "port": port}
         if plan.home:
             common["home"] = plan.home
 
@@ -135,7 +137,7 @@ class Flight:
             ),
         )
         (sandbox.folder / "team.yaml").write_text(text)
-        self.process = sandbox.start("run", "team.yaml", "--no-record")
+        self.process = sandbox.start("run", "team.yaml", "--no-record", "--confirm")
         self._finished = None
 
     @property
@@ -168,7 +170,8 @@ class Flight:
         assert self.done.report["all_arrived"]
         for double, north in ((self.quad, 0.0), (self.rover, 4.0)):
             if double:
-                assert dist(double.actor.position[:2], (north, FAR_M)) < 0.6
+                off = dist(double.actor.position[:2], (north, FAR_M))
+                assert off < 1.0  # a disarmed rover rolls on; a frame mixed up is 10 m off
         self.ends_disarmed()
 
 
@@ -197,13 +200,13 @@ def test_streams_on_request_a_late_origin_elsewhere_and_ardurovers_driving(fly):
     flight.arrives()
     assert "Need Position Estimate" in flight.events
     for double in (flight.quad, flight.rover):
-        assert double.actor.armed_at > 7
+        assert double.actor.armed_at > 5
 
 
-def test_px4_with_an_origin_of_its_own(fly):
+def test_px4_with_an_origin_of_its_own_at_serial_ports(fly):
     flight = fly("px4")
     flight.arrives()
-    assert flight.quad.actor.armed_at > 6
+    assert flight.quad.actor.armed_at > 5
 
 
 def test_px4_that_went_home_when_the_link_was_silent_is_brought_back(fly):
@@ -222,7 +225,7 @@ def test_a_silent_link_and_a_broken_connection_delay_nobody_for_long(fly):
 def test_two_behind_one_port_one_refusing_to_arm_at_first(fly):
     flight = fly("unannounced")
     flight.arrives()
-    assert flight.quad.actor.armed_at > 8
+    assert flight.quad.actor.armed_at > 6
 
 
 # what it ends a run for

@@ -1,7 +1,8 @@
-"""The snippets of docs/scripting.md run as they stand, in lockstep; its table tells the whole API."""
+"""docs/scripting.md: its snippets run as they stand, its tables tell the whole API."""
 
 import re
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from textwrap import indent
 
@@ -9,58 +10,71 @@ import pytest
 
 from mavherd.gcs.script import Fleet, Group, Vehicle
 
-from .conftest import QUAD, run
+from .conftest import QUAD, Flight, run
 from .conftest import Vehicle as Process
 
-PAGE = Path(__file__).parents[2] / "docs" / "scripting.md"
-TEXT = PAGE.read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs" / "scripting.md").read_text(encoding="utf-8")
 SNIPPETS = re.findall(r"^```python\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
-IN_THE_AIR = """
+SCRIPTS = [snippet for snippet in SNIPPETS if "Fleet." in snippet]
+PARTS = [snippet for snippet in SNIPPETS if "Fleet." not in snippet]
+ADDRESSES = "udpin:127.0.0.1:14550", "udpin:0.0.0.0:14550"
+# What speaks of a fleet that is open and a quad that is in the air finds both.
+OPEN = """
 from mavherd.gcs import Fleet
 with Fleet.from_scenario("one-quad", set=["team.start_sigma_m=0"]) as fleet:
     quad = fleet["quad1"]
-    quad.arm()
-    quad.takeoff(up=3)
 """
-ADDRESSES = "udpin:127.0.0.1:14550", "udpin:0.0.0.0:14550"
+UP = """
+    if not quad.armed:
+        quad.arm()
+        quad.takeoff(up=3)
+    quad.goto(0, 0, 3)
+"""
 
 
-def title(snippet: str) -> str:
-    return re.sub(r"\W+", "-", snippet.strip().splitlines()[-1])
-
-
-def whole(snippet: str) -> str:
-    """Return a script: a snippet that opens no fleet speaks of one that is open."""
-    return snippet if "Fleet." in snippet else IN_THE_AIR + indent(snippet, "    ")
+def run_script(script: str, folder: Path) -> Flight:
+    """Run a whole script, with a vehicle where it connects to one."""
+    path = folder / "snippet.py"
+    if "Fleet.connect" not in script:
+        path.write_text(script)
+        return run(folder, path)
+    vehicle = Process(folder, 1, "ardupilot", QUAD)
+    try:
+        for address in ADDRESSES:
+            script = script.replace(address, f"{address[:-5]}{vehicle.calls}")
+        assert str(vehicle.calls) in script, "an address that the test does not know"
+        path.write_text(script)
+        return run(folder, path)
+    finally:
+        vehicle.end()
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
-    """Run all snippets, some at the same time."""
-
-    def run_one(number: int):
-        folder, snippet = tmp_path_factory.mktemp("snippet"), whole(SNIPPETS[number])
-        script = folder / "snippet.py"
-        if "Fleet.connect" not in snippet:
-            script.write_text(snippet)
-            return run(folder, script)
-        vehicle = Process(folder, 1, "ardupilot", QUAD)
-        try:
-            for address in ADDRESSES:
-                snippet = snippet.replace(address, address[:-5] + str(vehicle.calls))
-            script.write_text(snippet)
-            return run(folder, script)
-        finally:
-            vehicle.end()
-
-    with ThreadPoolExecutor(4) as pool:
-        yield [pool.submit(run_one, number) for number in range(len(SNIPPETS))]
+def begun(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Future[Flight]]]:
+    """Run the scripts of the page at the same time."""
+    folders = [tmp_path_factory.mktemp("snippet") for _ in SCRIPTS]
+    with ThreadPoolExecutor() as pool:
+        yield [pool.submit(run_script, *job) for job in zip(SCRIPTS, folders, strict=True)]
 
 
-@pytest.mark.parametrize("number", range(len(SNIPPETS)), ids=lambda n: title(SNIPPETS[n]))
-def test_it_runs(number, runs):
-    flight = runs[number].result()
-    assert flight.code == 0, f"{whole(SNIPPETS[number])}\n{flight.said}"
+@pytest.mark.parametrize("number", range(len(SCRIPTS)))
+def test_scripts_run(number, begun):
+    flight = begun[number].result()
+    assert flight.code == 0, f"{SCRIPTS[number]}\n{flight.said}"
+
+
+def test_other_snippets_run_one_after_the_other(tmp_path):
+    told = [f"    print('{n} of {len(PARTS)} done')\n" for n in range(1, len(PARTS) + 1)]
+    parts = [UP + indent(part, "    ") + done for part, done in zip(PARTS, told, strict=True)]
+    flight = run_script(OPEN + "".join(parts), tmp_path)
+    assert flight.code == 0, flight.said
+    assert f"{len(PARTS)} of {len(PARTS)} done" in flight.said
+
+
+def test_the_readme_shows_the_first_of_them():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert SCRIPTS[0] in re.sub(r" +#.*", "", readme)
 
 
 @pytest.mark.parametrize("kind", [Fleet, Vehicle, Group])

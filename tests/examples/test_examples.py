@@ -1,13 +1,13 @@
 """Every example does what it says: on vehicles in lockstep, as ArduPilot and as PX4."""
 
 import csv
+import json
 import re
-from itertools import pairwise
 from math import dist
 
 import pytest
 
-from .conftest import EXAMPLES, WAYS, Flight
+from .conftest import EXAMPLES, WAYS, Flight, Seen
 
 
 def check_first_flight(flight: Flight) -> None:
@@ -21,13 +21,16 @@ def check_team(flight: Flight) -> None:
         for name, neighbour in zip(team, team[1:] + team[:1], strict=True):
             assert dist(flight.end(name).place[:2], starts[neighbour][:2]) < 0.6, name
     closest = float(re.search(r"nearer than ([\d.]+) m", flight.said)[1])
-    assert 0.4 < closest < 3
+    report = json.loads((flight.folder / "report.json").read_text())
+    if report["late_ticks"] < 0.1 * report["ticks"]:  # else the law has come too late
+        assert report["collisions"] == 0
+        assert 0.6 < closest < 3
 
 
 def check_velocity(flight: Flight) -> None:
     east, north, _ = zip(*(seen.place for seen in flight.tracks["quad1"]), strict=True)
-    assert 2 < max(east) - min(east) < 4.5
-    assert 2 < max(north) - min(north) < 4.5
+    for axis in (east, north):  # 3 m; a machine with other things to do loses some of it
+        assert 1 < max(axis) - min(axis) < 6
     assert dist(flight.end("quad1").place, flight.tracks["quad1"][0].place) < 0.5
 
 
@@ -36,34 +39,45 @@ def check_follow_a_rover(flight: Flight) -> None:
     corners = [(start[0] + east, start[1] + north) for east, north in ((4, 0), (4, 3), (0, 3))]
     for corner in corners:
         assert flight.nearest("rover1", corner) < 0.3
-        assert flight.nearest("quad1", (*corner, 3)) < 0.7
+        assert flight.nearest("quad1", (*corner, 3)) < 0.5
     assert dist(flight.end("rover1").place[:2], start[:2]) < 0.5
     assert dist(flight.end("quad1").place[:2], flight.tracks["quad1"][0].place[:2]) < 0.5
 
 
 def check_parameters(flight: Flight) -> None:
-    slow, fast = map(float, re.findall(r"down after ([\d.]+) s", flight.said))
-    assert slow > fast + 1
-    airborne = [seen.place[2] > 0.3 for seen in flight.tracks["quad1"]]
-    landings = sum(a and not b for a, b in pairwise(airborne))
-    assert landings == 2
+    assert len(re.findall(r"SPEED = [\d.]+: down after [\d.]+ s", flight.said)) == 2
+    slow, fast = descents(flight.tracks["quad1"])
+    assert fast > 1.4 * slow
+
+
+def descents(seen: list[Seen]) -> list[float]:
+    """Return the speed of each landing between 2 m and 0.5 m, by the vehicle's own clock."""
+    speeds, high = [], None
+    for one in seen:
+        if one.place[2] > 2:
+            high = one
+        elif one.place[2] < 0.5 and high:
+            speeds.append((high.place[2] - one.place[2]) / (one.time - high.time))
+            high = None
+    return speeds
 
 
 def check_mission(flight: Flight) -> None:
-    assert "Reached" in flight.said or "mission" in flight.said.lower()
-    for point in ((5, 0), (5, 4), (0, 4)):
+    assert re.search(r"through after \d+ s, in (GUIDED|OFFBOARD)", flight.said)
+    for point in ((5, 0), (5, 4)):
         assert flight.nearest("quad1", point) < 2.2  # WPNAV_RADIUS is 2 m
-    assert flight.reach("quad1") > 4
+    assert flight.nearest("quad1", (0, 4, 3)) < 0.3
+    assert dist(flight.end("quad1").place, (0, 4, 0)) < 0.5
 
 
 def check_telemetry(flight: Flight) -> None:
     with (flight.folder / "telemetry.csv").open() as file:
         rows = [*csv.DictReader(file)]
-    assert len(rows) >= 30
+    assert len(rows) >= 20
     for row in rows:
         place = tuple(float(row[axis]) for axis in ("east", "north", "up"))
         assert flight.nearest("quad1", place) < 0.1
-        assert 1.5 < dist(place[:2], (0, 0)) < 2.5
+        assert 1 < dist(place[:2], (0, 0)) < 3
     assert re.search(r"battery: \d+ %", flight.said)
     assert "Traceback" not in flight.said
 
@@ -97,7 +111,7 @@ def test_no_example_is_forgotten():
 
 
 @pytest.mark.parametrize("example", CHECKS)
-@pytest.mark.parametrize("way", WAYS[::-1])
+@pytest.mark.parametrize("way", WAYS)
 def test_it_does_what_it_says(example, way, flights):
     flight = flights(example, way)
     assert flight.code == 0, flight.said

@@ -8,6 +8,7 @@ from mavherd.gcs.clearance import COMPLAINT_S
 from mavherd.gcs.coordinator import LOST_S, Coordinator
 from mavherd.gcs.station import StationError
 from mavherd.scenarios.loader import load_scenario
+from mavherd.transport.mavlink import Codec
 from mavherd.transport.wire import Phase
 from mavherd.vehicles.config import VehicleConfig
 from mavherd.vehicles.flight.modes import Mode
@@ -26,6 +27,21 @@ def external(scenario, *stacks):
     return replace(scenario, robots=robots)
 
 
+class Waits:
+    """The conduct of a script that has not said anything yet."""
+
+    phase, direct = Phase.WAITING, None
+
+    def __init__(self, *_):
+        pass
+
+    def nominal(self, now):
+        return None
+
+    def update(self, now, me, team):
+        pass
+
+
 class Field:
     """A scenario in memory whose vehicles are reached as outside clients reach them."""
 
@@ -38,6 +54,7 @@ class Field:
         self.links = {name: v.converse(channel=0) for name, v in self.vehicles.items()}
         self.outgoing = dict.fromkeys(names, b"")
         self.silent = set()  # whose links are down
+        self.drop = {}  # which messages of whom do not get through
         self.events = []
         self.now_us = 0
 
@@ -70,6 +87,9 @@ class Field:
             for _ in range(TICK_US // 10_000):
                 vehicle.step()
                 out += vehicle.report(link, vehicle.take_broadcasts())
+            if name in self.drop:
+                heard = Codec(1).decode_frames(out)
+                out = b"".join(f for m, f in heard if m.get_type() not in self.drop[name])
             if out and name not in self.silent:
                 self.coordinator.receive(name, out, self.now)
         self.outgoing = self.coordinator.tick(self.now, self.coordinator.states())
@@ -161,6 +181,57 @@ def test_a_link_that_is_silent_for_five_seconds_and_comes_back_does_not_end_the_
     field.until(lambda: field.coordinator.finished, 60)
 
 
+def reboot(field, name):
+    """Put a vehicle in the place of one, which has just booted and knows no origin yet."""
+    spec = next(s for s in field.scenario.robots if s.name == name)
+    field.vehicles[name] = field.vehicle(spec)
+    field.links[name] = field.vehicles[name].converse(channel=0)
+    field.drop[name] = ("GPS_GLOBAL_ORIGIN", "HOME_POSITION")
+
+
+def test_a_reboot_under_way_ends_the_run_and_brings_the_others_to_rest():
+    """Else nobody would be steered until its origin is known, half a minute later."""
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    field.until_phase(Phase.ACTIVE)
+    reboot(field, "rover1")
+    with pytest.raises(StationError, match=r"rover1: has rebooted at \d"):
+        field.run(1)
+    rest(field, "land", 40)
+    assert not field.armed()
+
+
+def test_what_is_no_longer_ready_when_the_last_one_is_keeps_all_from_arming(monkeypatch):
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    field.silent.add("rover2")
+    field.run(8)
+    assert field.members["quad1"].prepared
+    with monkeypatch.context() as patched:
+        arming = field.vehicles["quad1"].autopilot.arming
+        patched.setattr(arming, "_hindrances", lambda: iter(["Gyros inconsistent"]))
+        field.run(3)
+        field.silent.clear()
+        field.run(5)
+        assert not field.armed()
+        assert field.texts("quad1", "preflight")[-1].startswith("waits for ready: ")
+    field.until(lambda: field.armed() == set(field.vehicles), 20)
+    assert field.texts("quad1", "preflight")[-1] == "ready"
+
+
+def test_a_script_s_vehicle_is_cleared_once_but_again_after_a_reboot():
+    field = Field(external(load_scenario("one-quad"), "ardupilot"), strict=False, conduct=Waits)
+    member = field.members["quad1"]
+    field.run(5)
+    member.station.status.prearm_ok = False
+    member.station.status.battery_remaining = 0.1
+    field.tick()
+    assert member.prepared
+    reboot(field, "quad1")
+    field.run(5)
+    assert not member.prepared
+    field.drop.clear()
+    field.until(lambda: member.prepared, 20)
+
+
 def test_one_that_stays_silent_ends_it():
     field = Field(external(load_scenario("one-quad"), "ardupilot"))
     field.until_phase(Phase.ACTIVE)
@@ -216,6 +287,19 @@ def test_a_run_that_is_broken_off_holds_first_and_then_ends_as_configured(
             "is brought to hold, then land",
             "is disarmed",
         ]
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+def test_a_run_may_be_broken_off_at_any_moment_of_the_start(stack):
+    scenario = external(load_scenario("one-quad"), stack)
+    for ticks in range(0, 60, 2):
+        field = Field(scenario)
+        field.until_phase(Phase.STARTING)
+        field.run(0.05 * ticks)
+        rest(field, "land")
+        field.run(2)
+        assert not field.armed(), ticks
+        assert field.texts("quad1", "rest")[-1] in ("is disarmed", "is not to arm any more")
 
 
 def test_who_was_on_the_way_down_goes_on_landing():

@@ -1,14 +1,14 @@
 """Preflight says of each vehicle what is missing, why, and what to do about it."""
 
 from dataclasses import replace
-from math import radians
+from math import inf, nan, radians
 from shlex import split
 
 import pytest
 
 from mavherd.gcs.preflight import ask_fence, checklist, missing
 from mavherd.gcs.station import ARDUPILOT, PX4, Question, Station
-from mavherd.scenarios.schema import Goto, Point, RobotSpec, Scenario
+from mavherd.scenarios.schema import Fence, Goto, Point, RobotSpec, Scenario
 from mavherd.transport.frames import Origin
 from mavherd.transport.mavlink import AUTOPILOT_COMPONENT, Codec, mav
 from mavherd.vehicles.config import VehicleConfig
@@ -219,6 +219,13 @@ def test_a_fence_that_is_not_told_in_full_is_unknown():
     assert check("fence", fence=told).ok is None
 
 
+@pytest.mark.parametrize("value", [nan, inf])
+def test_a_fence_of_nonsense_is_no_fence_and_no_crash(value):
+    full = {"FENCE_ENABLE": 1, "FENCE_TYPE": 7, "FENCE_RADIUS": 30}
+    assert check("fence", fence=answered(**(full | {"FENCE_RADIUS": value}))).ok is None
+    assert check("fence", fence=answered(**(full | {"FENCE_TYPE": value}))).name == "fence"
+
+
 def test_the_reason_for_not_arming_is_what_the_vehicle_said_last():
     s = station()
     s.status.prearm_ok = False
@@ -248,6 +255,23 @@ def test_nobody_takes_over_a_vehicle_in_flight():
     assert check("ready", armed=True, landed=True, prearm_ok=False).ok
     rover = replace(SPEC, kind="rover", path=Goto(target=Point(3.0, 10.0)))
     assert check("ready", rover, armed=True, landed=None).ok
+
+
+def test_nobody_takes_over_a_rover_that_somebody_drives():
+    rover = replace(SPEC, kind="rover", path=Goto(target=Point(3.0, 10.0)))
+    assert check("ready", rover, armed=True, velocity=(0.1, 0.1, 0.0)).ok
+    driven = check("ready", rover, armed=True, velocity=(0.0, -0.5, 0.0))
+    assert (driven.ok, driven.text) == (False, "armed already, and moving")
+
+
+def test_nobody_starts_from_outside_the_fence_though_near_its_start():
+    for west, ok in ((2.0, False), (1.0, True)):
+        fenced = replace(SCENARIO, fence=Fence(east=(west, 9.0), north=(-9.0, 20.0), up=10.0))
+        s = station()
+        s.status.position = (-2.0, 1.5, -0.1)  # its start is at east 3
+        place = next(c for c in checklist(s, SPEC, fenced, NOW) if c.name == "place")
+        assert place.ok is ok, place
+        assert ("outside the fence" in place.text) is not ok
 
 
 def test_what_is_wrong_stands_before_what_is_not_known():

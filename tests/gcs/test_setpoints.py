@@ -77,12 +77,20 @@ def test_a_course_is_driven_at_the_speed_that_its_nose_allows(east, north, headi
 
 @given(east=speeds, north=speeds, heading=headings)
 def test_a_velocity_keeps_its_direction_and_is_never_faster(east, north, heading):
-    s = setpoint(Form.VELOCITY, Command(velocity=(east, north, 0)), rover(heading), V_MAX)
-    speed, told = hypot(east, north), hypot(*s.velocity)
-    assert told <= speed + 1e-9
-    if speed >= STANDSTILL:
-        assert told >= STANDSTILL * (1 - 1e-9)  # or it would not know where to turn
-        assert s.velocity[0] * north == pytest.approx(s.velocity[1] * east, abs=1e-9)
+    me = rover(heading, (3.0, 4.0, 0.0))
+    s = setpoint(Form.VELOCITY, Command(velocity=(east, north, 0)), me, V_MAX)
+    speed = hypot(east, north)
+    if speed < STANDSTILL:  # of a zero velocity, too, PX4 takes the course: north
+        assert s == Setpoint(position=me.position)
+        return
+    told = hypot(*s.velocity)
+    assert STANDSTILL * (1 - 1e-9) <= told <= speed + 1e-9  # or it would not know where to turn
+    assert s.velocity[0] * north == pytest.approx(s.velocity[1] * east, abs=1e-9)
+
+
+def test_a_px4_rover_that_is_to_hold_is_sent_to_where_it_is():
+    me = rover(1.0, (3.0, 4.0, 0.0))
+    assert setpoint(Form.VELOCITY, HOLD, me, V_MAX) == Setpoint(position=me.position)
 
 
 def test_a_position_is_closed_in_on_with_its_velocity_fed_forward():

@@ -116,9 +116,7 @@ def test_a_mode_that_is_put_back_is_asked_for_again():
 
 def test_a_yes_that_never_shows_is_an_error_in_the_end(monkeypatch):
     stand = Stand("rover")
-    stand.run(0.3)
     monkeypatch.setattr(stand.vehicle.autopilot, "set_mode", lambda number: 0)
-    stand.vehicle.autopilot.mode = Mode.MANUAL
     with pytest.raises(StationError, match="q: accepts mode GUIDED, but does not do it"):
         stand.run(PATIENCE_S + 10)
     assert 2 <= [c for _, c in stand.commands()].count(mav.MAV_CMD_DO_SET_MODE) <= 6
@@ -163,6 +161,25 @@ def test_a_pilot_who_takes_it_on_its_way_up_has_it():
     stand.vehicle.autopilot.set_mode(6)
     with pytest.raises(StationError, match=r"q: left GUIDED for RTL at \d"):
         stand.run(2)
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_pilot_who_takes_it_before_it_has_left_the_ground_has_it(autopilot):
+    stand = Stand("quadcopter", autopilot)
+    stand.run(15, until=lambda: stand.armed_at)
+    stand.vehicle.autopilot.enter(Mode.STABILIZE)
+    with pytest.raises(StationError, match=r"q: left (GUIDED|OFFBOARD) for "):
+        stand.run(2)
+    assert stand.vehicle.autopilot.mode is Mode.STABILIZE
+
+
+def test_one_that_is_disarmed_before_it_has_left_the_ground_is_not_armed_again():
+    stand = Stand()
+    stand.run(15, until=lambda: stand.armed_at)
+    stand.vehicle.autopilot.arming.disarm(force=True)
+    with pytest.raises(StationError, match="q: disarmed itself at"):
+        stand.run(2)
+    assert not stand.vehicle.autopilot.armed
 
 
 def test_one_that_flies_already_climbs_by_a_target():

@@ -85,6 +85,19 @@ def test_its_own_failsafe_on_a_silent_link_is_undone():
         held.run(1)
 
 
+def test_a_pilot_wins_also_soon_after_a_silence_that_has_led_to_nothing():
+    held = Held()
+    held.run(3)
+    held.silent = True
+    held.run(2)
+    held.silent = False
+    assert all(held.run(1))
+    held.mode = AUTO_RTL
+    with pytest.raises(StationError, match="left OFFBOARD for RTL"):
+        held.run(0.2)
+    assert not held.asked
+
+
 def test_a_vehicle_that_comes_back_by_itself_is_not_asked():
     held = Held()
     held.run(3)

@@ -193,3 +193,30 @@ def test_the_summary_of_a_bad_run_says_what_failed(scenario, track):
     for part in ("FAIL", "no collision: 1", "did not", "partial", "4 of 0 ticks late"):
         assert part in text
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_what_external_vehicles_make_a_user_wait_for_is_printed_at_once():
+    out = console(terminal=False, width=200)
+    spec = RobotSpec(name="quad1", kind="quadcopter", system_id=1, start=Point(0, 0))
+    view = RunView(Scenario(name="field", robots=(spec,)), out)
+    for kind, text in (
+        ("phase", "active"),
+        ("preflight", "waits for position: no fix"),
+        ("rest", "is brought to hold, then land"),
+    ):
+        view.event({"t": 1.0, "vehicle": "quad1", "kind": kind, "text": text})
+    assert out.file.getvalue().splitlines() == [
+        "quad1: waits for position: no fix",
+        "quad1: is brought to hold, then land",
+    ]
+
+
+def test_an_external_vehicle_is_listed_by_its_address():
+    ports = {
+        "quad1": {"system_id": 1, "connect": "tcp:127.0.0.1:5760", "udp": [], "tcp": None},
+        "rover1": {"system_id": 2, "udp": ["127.0.0.1:14550"], "tcp": None},
+    }
+    out = console(terminal=False, width=100)
+    out.print(ports_table(ports))
+    (line,) = (row for row in out.file.getvalue().splitlines() if "quad1" in row)
+    assert line.split() == ["quad1", "1", "external", "tcp:127.0.0.1:5760"]

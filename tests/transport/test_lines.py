@@ -1,15 +1,18 @@
 """Lines to external vehicles mend themselves, never wait, and say what is wrong."""
 
+import errno
 import os
 import pty
 import socket
 import sys
+import termios
 import time
 import tty
 from contextlib import closing, contextmanager, suppress
 from itertools import pairwise
 
 import pytest
+import serial
 
 from mavherd.transport.connect import Address, parse_connect
 from mavherd.transport.errors import LinkError
@@ -104,6 +107,23 @@ def test_opening_a_tcp_line_does_not_wait_for_an_answer():
             assert line.problem == "no answer"
         for sock in waiting:
             sock.close()
+
+
+def test_a_socket_that_cannot_be_had_is_a_problem_and_tried_again(monkeypatch):
+    def no_ip6(*_):
+        raise OSError(errno.EAFNOSUPPORT, "")
+
+    with server() as listening:
+        address, clock = tcp_address(listening), Clock()
+        with monkeypatch.context() as patched:
+            patched.setattr(socket, "socket", no_ip6)
+            line = TcpClient(address, clock)
+            assert line.problem == "address family not supported by protocol"
+            assert list(line.receive()) == []
+        with closing(line):
+            clock.now += 10
+            connected(line)
+            assert line.problem == ""
 
 
 def test_a_refused_tcp_connection_is_tried_again_less_and_less_often():
@@ -219,7 +239,7 @@ def test_a_taken_udp_port_is_an_error_at_once():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind((HOST, 0))
         address = parse_connect(f"udpin:{HOST}:{other.getsockname()[1]}")
-        with pytest.raises(LinkError, match="Address already in use"):
+        with pytest.raises(LinkError, match="a ground station perhaps"):
             open_line(address)
 
 
@@ -314,6 +334,15 @@ def test_a_serial_device_that_vanishes_is_reported_and_opened_again(tmp_path):
             list(line.receive())  # opens it, and forgets what came before
             os.write(far, b"back")
             assert hear(line, 4) == b"back"
+
+
+def test_a_serial_device_that_vanishes_while_it_is_opened_is_a_problem_too(monkeypatch):
+    def gone(*_, **__):
+        raise termios.error(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(serial, "Serial", gone)
+    with closing(SerialLine(parse_connect("serial:/dev/ttyUSB9"))) as line:
+        assert line.problem == "the device has vanished"
 
 
 def test_a_serial_device_of_another_program_is_not_shared():

@@ -10,7 +10,7 @@ from mavherd.gcs.coordinator import Coordinator
 from mavherd.gcs.script.fleet import Fleet
 from mavherd.gcs.script.scripted import Scripted
 from mavherd.gcs.script.values import Event
-from mavherd.scenarios.schema import Point, RobotSpec, Scenario, Team
+from mavherd.scenarios.schema import Fence, Point, RobotSpec, Scenario, Team
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
 from mavherd.vehicles.vehicle import Vehicle
@@ -21,8 +21,8 @@ TICK_S = 0.05
 class Desk:
     """Stands in for the stage of a fleet; time passes when the script waits, as in lockstep."""
 
-    def __init__(self, robots: tuple[RobotSpec, ...], law: str) -> None:
-        scenario = Scenario(name="desk", robots=robots, team=Team(law=law))
+    def __init__(self, robots: tuple[RobotSpec, ...], law: str, fence: Fence | None) -> None:
+        scenario = Scenario(name="desk", robots=robots, team=Team(law=law), fence=fence)
         names = tuple(spec.name for spec in robots)
         self.core = Coordinator(scenario, names, conduct=Scripted, strict=False)
         self.vehicles = {spec.name: Vehicle(_config(spec)) for spec in robots}
@@ -87,7 +87,9 @@ def _config(spec: RobotSpec) -> VehicleConfig:
 def desk_of():
     """Return an open fleet and its desk: desk_of("quad1", "rover1", autopilot="px4")."""
 
-    def make(*names: str, autopilot: str = "ardupilot", law: str = "safe") -> tuple[Fleet, Desk]:
+    def make(
+        *names: str, autopilot: str = "ardupilot", law: str = "safe", fence: Fence | None = None
+    ) -> tuple[Fleet, Desk]:
         robots = tuple(
             RobotSpec(
                 name=name,
@@ -98,7 +100,7 @@ def desk_of():
             )
             for number, name in enumerate(names, 1)
         )
-        desk = Desk(robots, law)
+        desk = Desk(robots, law, fence)
         return Fleet(desk, "land").open(), desk
 
     return make

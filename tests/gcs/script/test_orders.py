@@ -62,6 +62,18 @@ def test_a_velocity_is_held_until_told_otherwise(desk_of, autopilot):
     assert hypot(*quad.state.velocity) < 0.05
 
 
+def test_a_velocity_that_cannot_be_had_is_not_made_up_for_later(desk_of):
+    fleet, _ = desk_of("quad1")
+    quad = fleet["quad1"]
+    quad.arm()
+    quad.takeoff(up=2)
+    quad.velocity(east=50)
+    fleet.sleep(5)
+    quad.velocity(north=0.5)
+    fleet.sleep(3)
+    assert quad.state.velocity == pytest.approx((0, 0.5, 0), abs=0.05)
+
+
 def test_a_rover_ignores_a_climb(desk_of):
     fleet, _ = desk_of("rover1")
     rover = fleet["rover1"]
@@ -179,8 +191,8 @@ def test_parameters_are_read_and_set(desk_of):
 def test_integers_of_px4_are_numbers_too(desk_of):
     fleet, _ = desk_of("quad1", autopilot="px4")
     quad = fleet["quad1"]
-    quad.param["COM_RC_IN_MODE"] = 4
-    assert quad.param["COM_RC_IN_MODE"] == 4
+    quad.param["COM_DL_LOSS_T"] = 25
+    assert quad.param["COM_DL_LOSS_T"] == 25
 
 
 def test_a_message_is_waited_for_and_asked_for(desk_of):

@@ -35,7 +35,7 @@ def test_what_goes_up_is_what_the_vehicle_has(make_pair, autopilot):
     items = on_board(pair)
     assert [i.command for i in items] == [NAV_TAKEOFF, NAV_WAYPOINT, NAV_WAYPOINT, NAV_WAYPOINT]
     assert [i.z for i in items] == [3, 3, 3, 4]
-    for item, (east, north, _) in zip(items[1:], POINTS, strict=True):
+    for item, (east, north, _) in zip(items, [POINTS[0], *POINTS], strict=True):
         place = FLEET.from_geodetic(item.x * 1e-7, item.y * 1e-7)
         assert place == pytest.approx((north, east), abs=0.02)
 
@@ -87,6 +87,7 @@ def test_heights_count_from_home():
     takeoff, first = plan([(0.0, 0.0, 3.0)], "quadcopter", FLEET, ground=1.0)
     assert takeoff.up == first.up == 2.0
     assert isnan(takeoff.params[3])
+    assert (takeoff.lat_deg, takeoff.lon_deg) == (first.lat_deg, first.lon_deg)  # PX4 goes there
 
 
 def test_a_silent_vehicle_ends_an_upload(make_pair):
@@ -103,5 +104,18 @@ def test_a_lost_list_is_offered_again(make_pair):
     pair.deaf = True
     question = pair.station.missions.upload(plan(POINTS, "quadcopter", FLEET), pair.now)
     pair.run(1.2)
+    pair.deaf = False
+    assert answer(pair, question).accepted
+
+
+def test_what_another_station_uploads_is_not_our_business(make_pair):
+    pair = make_pair()
+    pair.run(1)
+    pair.deaf = True
+    question = pair.station.missions.upload(plan(POINTS, "quadcopter", FLEET), pair.now)
+    pair.run(0.1)
+    pair.hear(mav.MAVLink_mission_ack_message(255, 190, mav.MAV_MISSION_ACCEPTED))
+    pair.hear(mav.MAVLink_mission_request_message(255, 190, 0))
+    assert not question.done
     pair.deaf = False
     assert answer(pair, question).accepted

@@ -170,8 +170,10 @@ def test_a_reboot_begins_it_all_again(make_pair):
     pair.sent.clear()
     pair.station.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (1.0,), "reboot", pair.now)
     pair.until(lambda: pair.status.boots == 1, 5)
-    assert pair.status.position_at < 0
-    assert pair.status.boot_s < 2
+    s = pair.status
+    assert s.position_at < 0
+    assert {s.gps_fix, s.sensors, s.prearm_ok, s.landed, s.battery_remaining, s.origin} == {None}
+    assert s.boot_s < 2
     pair.until(lambda: pair.status.position_at > 0, 8)
     pair.run(1)
     assert len({int(m.param1) for m in pair.commands(SET_INTERVAL)}) == 8
@@ -246,3 +248,30 @@ def test_a_long_text_is_put_together(make_pair):
     pair.hear(mav.MAVLink_statustext_message(2, b"t\t", 7, 1))
     ((_, severity, text),) = pair.station.new_texts()
     assert (severity, text) == (2, "Arming denied: Resolve system health failures first")
+
+
+PREARM = mav.MAV_SYS_STATUS_PREARM_CHECK
+OFFBOARD, HOLD = 6 << 16, 4 << 16 | 3 << 24
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "custom_mode", "enabled", "healthy", "ok"),
+    [
+        (3, 4, PREARM, PREARM, True),
+        (3, 4, PREARM, 0, False),
+        (3, 4, 0, 0, None),  # it checks nothing
+        (12, HOLD, 0, PREARM, True),
+        (12, HOLD, 0, 0, False),
+        (12, OFFBOARD, 0, PREARM, True),
+        (12, OFFBOARD, 0, 0, None),  # it has no set-points, as none were sent
+    ],
+)
+def test_whether_it_may_arm_is_told_in_two_ways(autopilot, custom_mode, enabled, healthy, ok):
+    station = Station("q", 5, 20, stack=None, origin=FLEET)
+    status = (PREARM if autopilot == 3 else 0, enabled, healthy)
+    said = [
+        mav.MAVLink_heartbeat_message(2, autopilot, 1, custom_mode, 3, 3),
+        mav.MAVLink_sys_status_message(*status, *[0] * 10),
+    ]
+    station.receive(Codec(5).encode(said), 1.0)
+    assert station.status.prearm_ok is ok

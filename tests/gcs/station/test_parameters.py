@@ -1,8 +1,11 @@
 """Parameters are read and written by name in either encoding; silence and a no are errors."""
 
+import struct
+
 import pytest
 
 from mavherd.gcs.station import RETRY_S, TRIES
+from mavherd.transport.mavlink import mav
 
 REAL, WHOLE = (
     {"ardupilot": "CRUISE_SPEED", "px4": "MIS_TAKEOFF_ALT"},
@@ -78,3 +81,32 @@ def test_a_newer_question_takes_the_place_of_an_older_one(make_pair):
     newer = pair.station.parameters.write("CRUISE_SPEED", 2.5, pair.now)
     assert "overtaken" in older.error
     assert answer(pair, newer).value == 2.5
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e12])
+def test_what_is_no_value_is_refused_here(make_pair, value):
+    pair = ready(make_pair, "px4")
+    question = answer(pair, pair.station.parameters.write("NAV_DLL_ACT", value, pair.now))
+    assert "not a number" in question.error or "does not fit" in question.error
+    assert not [m for _, m in pair.sent if m.get_type() == "PARAM_SET"]
+
+
+@pytest.mark.parametrize("value", [-1, 0, 7])
+def test_integers_keep_their_bits_on_the_way(make_pair, value):
+    pair = ready(make_pair, "px4")
+    pair.station.parameters.read("NAV_DLL_ACT", pair.now)
+    pair.run(0.2)
+    pair.station.parameters.write("NAV_DLL_ACT", value, pair.now)
+    pair.run(0.1)
+    (m,) = [m for _, m in pair.sent if m.get_type() == "PARAM_SET"]
+    assert m.param_type == mav.MAV_PARAM_TYPE_INT32
+    assert struct.unpack("<i", struct.pack("<f", m.param_value)) == (value,)
+
+
+def test_what_nobody_has_asked_for_takes_no_room(make_pair):
+    pair = ready(make_pair, "px4")
+    for i in range(100):
+        pair.hear(mav.MAVLink_param_value_message(f"X{i}".encode(), 1.0, 9, 100, i))
+    asked = pair.station.parameters.write("MIS_TAKEOFF_ALT", 3.0, pair.now)
+    assert answer(pair, asked).accepted
+    assert set(pair.station.parameters._types) == {"MIS_TAKEOFF_ALT"}
