@@ -30,7 +30,7 @@ def main(addresses: list[str]) -> None:
         quad.follow(above_the_rover)  # asked at every tick from now on
         for east, north in CORNERS:
             rover.goto(start.east + east, start.north + north)
-            print(f"rover at {rover.position[:2]}, quadcopter at {quad.position}")
+            print(f"rover at {rover.position}; quadcopter at {quad.position}")
         quad.goto(pad.east, pad.north, HEIGHT)
         both.land()
 

@@ -1,6 +1,7 @@
 """A look at a scenario's external vehicles, live: links are opened, nothing is made to move.
 
-What is sent are heartbeats, requests for telemetry and for the parameters of the vehicle's fence.
+What is sent are heartbeats, requests for telemetry and for the parameters of the vehicle's fence,
+and, while it would not arm, to say why.
 """
 
 import select
@@ -12,6 +13,7 @@ from typing import NamedTuple
 from ..scenarios.schema import RobotSpec, Scenario
 from ..transport.connect import parse_connect
 from ..transport.switchboard import Switchboard
+from .inquiry import Inquiry
 from .preflight import Check, ask_fence, checklist, missing
 from .station import Question, Station, stack_of
 
@@ -49,6 +51,7 @@ class Inspection:
         self._scenario = scenario
         self._specs = {spec.name: spec for spec in scenario.robots if spec.external}
         self._stations = {name: _station(spec, scenario) for name, spec in self._specs.items()}
+        self._inquiries = {name: Inquiry(s) for name, s in self._stations.items()}
         self._fences: dict[str, Mapping[str, Question]] = {}
         self._begun = time.monotonic()
         self._ready_at: float | None = None
@@ -97,6 +100,7 @@ class Inspection:
         station, now = self._stations[name], self.now
         if name not in self._fences and (asked := ask_fence(station, now)):
             self._fences[name] = asked
+        self._inquiries[name].update(now)
         checks = checklist(station, spec, self._scenario, now, self._fences.get(name))
         complaint = self.board.complaint(name)
         if not complaint or station.problem:  # what is wrong for good needs no second look

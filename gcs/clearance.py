@@ -1,18 +1,23 @@
 """When an external vehicle may be steered: not before its preflight finds nothing missing."""
 
+import re
 from collections.abc import Callable
 
 from ..scenarios.schema import RobotSpec, Scenario
+from .inquiry import Inquiry
 from .preflight import Check, checklist, missing
 from .station import Station, StationError
 
 COMPLAINT_S = 30.0  # of its line: it is not the vehicle that is wanted, or it is not there
 _LASTS_S = 1.0  # what is missing for a shorter time is not worth a word
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")  # what is missing stays the same when only these change
 
 
 class Clearance:
-    """Asked once a tick. Until its vehicle has begun, it is taken back when something is missing
-    again, unless it `lasts`: then once `given` it stays. A reboot always takes it back.
+    """Asked once a tick, whether its vehicle may be steered.
+
+    Until the vehicle has begun, it is taken back when something is missing again, unless it
+    `lasts`: then once `given` it stays. A reboot always takes it back.
     """
 
     def __init__(
@@ -30,12 +35,13 @@ class Clearance:
         self._spec = spec
         self._scenario = scenario
         self._station = station
+        self._inquiry = Inquiry(station)
         self._tell = tell
         self._asked_at: float | None = None  # when it was asked for first
         self._fine_at = 0.0  # when its line last had nothing to complain of
-        self._absent: tuple[str, ...] = ()  # names of the checks that are not passed
+        self._absent = ""  # what is missing, but for its numbers
         self._absent_since = 0.0
-        self._told: tuple[str, ...] = ()
+        self._told = ""
 
     def update(self, now: float, complaint: str, *, begun: bool) -> None:
         """Look again; `complaint` is its line's. Raises StationError when it will not be given.
@@ -57,6 +63,7 @@ class Clearance:
             self._fine_at = now
         elif now - self._fine_at > COMPLAINT_S:
             raise StationError(f"{self._spec.name}: {complaint}")
+        self._inquiry.update(now)
         absent = missing(checklist(self._station, self._spec, self._scenario, now))
         if not absent and not complaint:
             if not self.given:
@@ -65,21 +72,21 @@ class Clearance:
             return
         if self.given:
             self._take_back(now)
-        names = tuple(check.name for check in absent) or ("link",)
         what = complaint or _listed(absent)
-        if names != self._absent:
-            self._absent, self._absent_since = names, now
+        kind = _NUMBER.sub("", what)
+        if kind != self._absent:
+            self._absent, self._absent_since = kind, now
         patience = self._scenario.team.ready_timeout_s
         if now - self._asked_at > patience:
             raise StationError(f"{self._spec.name}: not ready after {patience:g} s: {what}")
-        if names != self._told and now - self._absent_since >= _LASTS_S:
-            self._told = names
+        if kind != self._told and now - self._absent_since >= _LASTS_S:
+            self._told = kind
             self._tell("preflight", f"waits for {what}")
 
     def _take_back(self, now: float) -> None:
         self.given = False
         self._asked_at = self._fine_at = now
-        self._told = ()
+        self._told = ""
 
 
 def _listed(absent: list[Check]) -> str:

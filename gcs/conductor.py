@@ -70,12 +70,13 @@ class CoordinatorHandle:
     name: str
     channel: Partner
     vehicles: list[VehicleHandle]
-    external: bool = False  # it has external vehicles, too
+    external: tuple[str, ...] = ()  # its external vehicles
     prepared: bool = True  # and those may be steered now
     finished: bool = False
     heard_at: float = 0.0  # on the monotonic clock
     late: int = 0
     ticks: int = 0
+    parted: bool = False  # it has said its last word: external vehicles were seen to
 
 
 @dataclass(slots=True)

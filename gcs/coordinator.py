@@ -18,6 +18,8 @@ from .station import StationError, Tap
 __all__ = ["LOST_S", "Conduct", "Coordinator", "Event", "MakeConduct", "Member", "check_laws"]
 
 _VERTICAL = (Phase.STARTING, Phase.LANDING)
+_LATE = 1.5  # periods between two ticks: more is late
+_FORGET = 0.97  # of a lateness is left after a tick on time
 
 
 class Coordinator:
@@ -53,6 +55,8 @@ class Coordinator:
         }
         self.sequence = 0  # the tick
         self._strict = strict
+        self._ticked_at: float | None = None
+        self._lateness = 0.0  # s, the worst of late, fading: who was late will be so again
         self._resting: dict[str, ComeToRest] = {}
 
     def receive(self, name: str, data: bytes, now: float) -> None:
@@ -69,6 +73,7 @@ class Coordinator:
 
         Raises StationError when a vehicle cannot start or has fallen silent.
         """
+        self._note_lateness(now)
         team = {state.name: state for state in states if state.time >= 0}
         complete = len(team) == len(self.scenario.robots) or not self._strict
         peers = {name: self._peer(state, now) for name, state in team.items()}
@@ -111,7 +116,7 @@ class Coordinator:
             if not member.spec.external or member.mission.phase is Phase.WAITING:
                 member.mission = StayPut(member, now)
             else:
-                rest = ComeToRest(member, at_end, now)
+                rest = ComeToRest(member, self.scenario, at_end, now)
                 member.mission = rest
                 self._resting[name] = rest
 
@@ -140,7 +145,15 @@ class Coordinator:
             yaw_of(state.quaternion),
             max(0.0, now - state.time),
             kind == "quadcopter" and state.phase in _VERTICAL,
+            self._lateness,
         )
+
+    def _note_lateness(self, now: float) -> None:
+        """Remember by how much this tick is later than it should be; never so in lockstep."""
+        if self._ticked_at is not None:
+            late = now - self._ticked_at - _LATE / self.scenario.team.rate_hz
+            self._lateness = max(late, _FORGET * self._lateness, 0.0)
+        self._ticked_at = now
 
     def _give_up(self, member: Member, problem: str) -> None:
         if not member.problem:

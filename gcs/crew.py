@@ -164,7 +164,7 @@ class Crew:
             theirs.close()
             name = "the coordinator" if together else f"the coordinator of {own[0]}"
             vehicles = [by_name[n] for n in own if n in by_name]
-            external = len(vehicles) < len(own)
+            external = tuple(name for name in own if name not in by_name)
             handle = CoordinatorHandle(
                 name, Channel(ours), vehicles, external=external, prepared=not external
             )

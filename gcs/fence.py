@@ -5,7 +5,7 @@ ground asks for, with room to brake, so that the vehicle's own need not act.
 """
 
 from collections.abc import Callable
-from math import inf
+from math import cos, inf, sin
 from typing import Any, NamedTuple
 
 from ..scenarios.schema import Fence
@@ -49,6 +49,21 @@ def confine(fence: Fence, position: Triple, command: Command) -> Command:
         push = push and _each(_after_cut, push, velocity, braked)
         velocity = braked
     return command._replace(position=target, velocity=velocity, acceleration=push)
+
+
+def confine_along(fence: Fence, position: Triple, heading: float, speed: float) -> float:
+    """Return the `speed` (m/s, forwards) with which a rover at `position` may drive along its nose.
+
+    One that is still turning drives where its nose points, not where its command does.
+    """
+    share = 1.0
+    for low, high, x, v in (
+        (*fence.east, position[0], speed * cos(heading)),
+        (*fence.north, position[1], speed * sin(heading)),
+    ):
+        if v != 0.0:
+            share = min(share, max(0.0, _Axis(low, high).brake(v, x) / v))
+    return share * speed
 
 
 def _each(function: Callable[..., float], *triples: tuple[Any, Any, Any]) -> Triple:

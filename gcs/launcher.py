@@ -9,7 +9,7 @@ from types import FrameType
 from ..scenarios.schema import Scenario
 from ..transport.bus import Bus, Mailbox
 from ..transport.errors import VehicleError, os_reason
-from ..transport.wire import VehicleState, unpack_team
+from ..transport.wire import VehicleState, unpack_state, unpack_team
 from .conductor import Clock, Died, FreeRun, Interrupted, Lockstep, Pacer
 from .coordinator import check_laws
 from .open_run import OpenRun, RunOptions, Unseen, View
@@ -73,7 +73,9 @@ class Run:
     def _conduct(self, run: OpenRun, clock: Clock, bus: Bus) -> None:
         scenario, speed = self.scenario, self.options.speed
         period = 1.0 / scenario.team.rate_hz
-        team, ticks = bus.latest("team"), bus.publisher("clock")
+        # Of several coordinators each publishes its own vehicles only.
+        key = "team" if scenario.team.coordinators == "central" else "vehicle/*/state"
+        heard, ticks = bus.latest(key), bus.publisher("clock")
         begun = time.monotonic() if self.options.lockstep else run.started
         shown = begun
         pacer = Pacer(speed, period) if speed and isinstance(clock, Lockstep) else None
@@ -89,7 +91,7 @@ class Run:
                 wall = time.monotonic()
                 if wall - shown > _VIEW_PERIOD_S:
                     shown = wall
-                    self._view.update(clock.now, _latest_team(team), clock.now / (wall - begun))
+                    self._view.update(clock.now, _known(heard), clock.now / (wall - begun))
                 if pacer:
                     pacer.wait()
         finally:
@@ -119,6 +121,9 @@ class Run:
                 signal.signal(signum, handler)
 
 
-def _latest_team(box: Mailbox) -> list[VehicleState]:
-    data = box.latest.get("team")
-    return unpack_team(data)[1] if data else []
+def _known(heard: Mailbox) -> list[VehicleState]:
+    """Return the newest states, in order of system id."""
+    if data := heard.latest.get("team"):
+        return unpack_team(data)[1]
+    states = [unpack_state(data) for data in list(heard.latest.values())]
+    return sorted((s for s in states if s.time >= 0), key=lambda state: state.system_id)

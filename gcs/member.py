@@ -8,7 +8,7 @@ from ..scenarios.schema import RobotSpec, Scenario
 from ..transport.frames import quaternion_to_enu, swap_ned_enu, swap_yaw
 from ..transport.wire import Phase, Target, VehicleState
 from .clearance import Clearance
-from .fence import confine
+from .fence import confine, confine_along
 from .laws import Command, Law, Nominal, Peer, make_law
 from .mission import Tell
 from .setpoints import form_of, setpoint
@@ -94,6 +94,8 @@ class Member:
         self.now = 0.0
         self._fence = scenario.fence
         self._events = events
+        self._silent_s = team.state_timeout_s
+        self._silent_since: float | None = None
 
     @property
     def prepared(self) -> bool:
@@ -132,12 +134,25 @@ class Member:
         for at, severity, text in self.station.new_texts():
             event = Event(t=at, vehicle=self.spec.name, kind="text", text=text, severity=severity)
             self._events.append(event)
+        self._watch_link()
         if self.clearance:
             begun = self.mission.phase is not Phase.WAITING
             self.clearance.update(now, self.complaint, begun=begun)
         if self.is_lost and self.prepared:
             silent = now - max(0.0, self.station.status.heartbeat_at)
             raise StationError(f"{self.spec.name}: no heartbeat for {silent:.0f} s")
+
+    def _watch_link(self) -> None:
+        """Tell when the vehicle falls silent, once it has sent positions, and when it is back."""
+        status = self.station.status
+        since = self._silent_since
+        if since is not None and status.heard_at > since:
+            self.tell("link", f"link back after {status.heard_at - since:.1f} s")
+            self._silent_since = None
+        silent = self.now - status.heard_at > self._silent_s
+        if silent and self._silent_since is None and status.position_at >= 0:
+            self._silent_since = status.heard_at
+            self.tell("link", "link silent")
 
     def steer(self, me: Peer, neighbours: list[Peer], now: float) -> None:
         """Send what its conduct and its law make of the moment."""
@@ -163,7 +178,12 @@ class Member:
             command = confine(self._fence, me.position, command)
         form = form_of(self.spec, self.station.stack)
         s = setpoint(form, command, me, self.v_max)
-        along_nose = None if s.forward is None else (s.forward, 0.0, 0.0)
+        along_nose = None
+        if s.forward is not None:
+            forward = s.forward
+            if self._fence:
+                forward = confine_along(self._fence, me.position, me.heading, forward)
+            along_nose = (forward, 0.0, 0.0)
         self.station.send_target(
             now,
             position=_ned(s.position),

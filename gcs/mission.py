@@ -8,7 +8,9 @@ from ..scenarios.schema import Goto, Hold, RobotSpec, Scenario
 from ..transport.frames import Triple
 from ..transport.wire import Phase, VehicleState
 from ..vehicles.flight.modes import Mode
-from .laws import Command, Nominal
+from .aside import COPTER_ROOM, ROVER_ROOM
+from .braking import Brake
+from .laws import HOLD, Command, Nominal
 from .starter import Starter
 from .station import Request, Station, StationError
 from .takeover import Grip, loss
@@ -17,9 +19,7 @@ ARRIVED = 0.2  # m
 START_PATIENCE_S = 30.0  # for a vehicle that refuses to arm to change its mind
 _RETRY_S = 1.0
 _SHOWN_S = 3.0  # from a yes to the HEARTBEAT that shows it
-_ROVER_CLEARANCE = 0.9  # m, horizontally from where a quadcopter lands to any rover,
-_LANDING_CLEARANCE = 0.6  # to another that is landing,
-_PARKED_CLEARANCE = 0.5  # and to one that has landed
+_PARKED_ROOM = 0.5  # m, from where a quadcopter lands to one that has landed
 
 Tell = Callable[[str, str], None]
 """Takes the kind of an event (phase, wait) and its text."""
@@ -45,6 +45,7 @@ class Mission:
         patience = scenario.team.ready_timeout_s if spec.external else START_PATIENCE_S
         self._starter = Starter(station, spec.kind, patience)
         self._grip = Grip(station)
+        self._brake = Brake() if spec.external and not self._flies else None
         self._height = takeoff_up(spec, scenario.team) if self._flies else 0.0
         self._request: Request | None = None
         self._asked_at = 0.0
@@ -111,6 +112,8 @@ class Mission:
         if self.phase is Phase.STARTING:
             return self._starter.direct
         stack, status = self._station.stack, self._station.status
+        if self._brake and self.phase is Phase.LANDING:
+            return HOLD if status.armed and self._station.in_mode(Mode.GUIDED) else None
         waits = self.phase in (Phase.LANDING, Phase.DONE) and status.armed
         if waits and stack and stack.needs_stream and self._station.in_mode(Mode.GUIDED):
             return Command(position=self._last)  # until it lands; silence would be a failsafe
@@ -162,10 +165,10 @@ class Mission:
     def _landing_room(self, other: VehicleState) -> float:
         """Return the room to keep from `other`; one that flies on gives way itself."""
         if other.name in self._rovers:
-            return _ROVER_CLEARANCE
+            return ROVER_ROOM
         if other.phase is Phase.LANDING:
-            return _LANDING_CLEARANCE
-        return _PARKED_CLEARANCE if other.phase is Phase.DONE else 0.0
+            return COPTER_ROOM
+        return _PARKED_ROOM if other.phase is Phase.DONE else 0.0
 
     def _land(self, now: float, me: VehicleState) -> None:
         """Land (a rover only stops), and be done once disarmed."""
@@ -180,6 +183,8 @@ class Mission:
             raise StationError(loss(station, now, mode))
         elif self._flies:
             self._ask("landing", now, lambda: station.land(now))
+        elif self._brake and not self._brake.stands(now, me.velocity):
+            self._grip.check(now)
         else:
             self._ask("mode", now, lambda: station.set_mode(mode, now))
 

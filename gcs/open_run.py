@@ -13,8 +13,9 @@ from ..scenarios.dump import scenario_to_yaml
 from ..scenarios.schema import Scenario
 from ..scenarios.starts import draw_starts
 from ..transport.bus import Bus, Publisher
-from ..transport.errors import LinkError
+from ..transport.errors import LinkError, VehicleError
 from ..transport.wire import Phase, VehicleState
+from .abandoned import complaint, fate, may_be_armed
 from .conductor import Clock, FreeRun, Lockstep
 from .crew import Crew
 from .outcome import INTERRUPTED, Ending, Outcome, conclude
@@ -92,7 +93,9 @@ class OpenRun:
         self._view = view
         self._interrupted = interrupted
         self._ours = ours
+        self.abandoned = ""  # the complaint about external vehicles that nobody steers any more
         self._active: set[str] = set()  # vehicles that have begun their path
+        self._phases: dict[str, str] = {}  # the last that was told of each
         self._events: Publisher | None = None
         self._stack = ExitStack()
         self._stack.callback(self.crew.release)
@@ -127,6 +130,8 @@ class OpenRun:
         self._log.write(line + "\n")
         if self._events:
             self._events.put(line.encode())
+        if event["kind"] == "phase":
+            self._phases[event["vehicle"]] = event["text"]
         if event["kind"] == "phase" and event["text"] == Phase.ACTIVE.name.lower():
             self._active.add(event["vehicle"])
             if self.ready_at is None and len(self._active) == len(self.starts):
@@ -136,13 +141,27 @@ class OpenRun:
     def stop(self, *, hurry: bool, insists: Callable[[], bool] = lambda: False) -> None:
         """End every process, then leave the bus and give back the ports.
 
-        External vehicles are brought to rest first, unless the user `insists`.
+        External vehicles are brought to rest first, unless the user `insists`; `abandoned` tells
+        of those whose coordinator was not there any more to do it.
         """
         with self._stack:
             self.crew.stop(hurry=hurry, note=self.note, insists=insists)
+            self._note_abandoned()
+
+    def _note_abandoned(self) -> None:
+        silent = [c for c in self.crew.coordinators if not c.parted]
+        names = {n for c in silent for n in c.external if may_be_armed(self._phases.get(n))}
+        specs = [spec for spec in self.starts if spec.name in names]
+        now = self.clock.now if self.clock else 0.0
+        for spec in specs:
+            self.note({"t": now, "vehicle": spec.name, "kind": "problem", "text": fate(spec)})
+        self.abandoned = complaint(specs)
 
     def conclude(self, exit_code: int, error: str | None) -> Outcome:
         """Judge what has been stopped and write the report. Raises OSError when that cannot be."""
+        if self.abandoned and self.abandoned not in (error or ""):
+            error = f"{error}; {self.abandoned}" if error else self.abandoned
+            exit_code = exit_code or VehicleError.exit_code
         crew, clock, options = self.crew, self.clock, self.options
         ticks, late = (clock.ticks, clock.late) if clock else (0, 0)
         if not options.lockstep:  # everybody has paced itself

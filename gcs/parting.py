@@ -71,3 +71,4 @@ def _take(coordinator: CoordinatorHandle, last: dict[str, Any], note: Note) -> N
         note(event)
     coordinator.late = last.get("late", coordinator.late)
     coordinator.ticks = last.get("ticks", coordinator.ticks)
+    coordinator.parted |= "ticks" in last

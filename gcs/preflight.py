@@ -157,11 +157,11 @@ def _place(p: Preflight) -> Check:
     off = hypot(east - start.east, north - start.north)
     fence = p.scenario.fence
     if fence and not fence.holds((east, north, 0.0)):
-        text = f"stands at east {east:.1f}, north {north:.1f}, outside the fence"
+        text = f"stands at east {east:z.1f}, north {north:z.1f}, outside the fence"
         return Check("place", False, text, "move it inside, or widen `fence` in the scenario")
     if off <= PLACE_M:
         return Check("place", True, f"{off:.1f} m from its start")
-    text = f"stands at east {east:.1f}, north {north:.1f}, {off:.1f} m from its start"
+    text = f"stands at east {east:z.1f}, north {north:z.1f}, {off:.1f} m from its start"
     return Check("place", False, text, _way_to_start(p, east, north))
 
 
@@ -174,8 +174,9 @@ def _way_to_start(p: Preflight, east: float, north: float) -> str:
     if p.station.stack is PX4:
         home = f"PX4_HOME_LAT={lat:.7f} PX4_HOME_LON={lon:.7f} PX4_HOME_ALT={origin.alt_m:g}"
     return (
-        f"move it to east {start.east:g}, north {start.north:g}; or set its"
-        f" `start: {{east: {east:.1f}, north: {north:.1f}}}`; a simulator starts there with {home}"
+        f"move it to east {start.east:zg}, north {start.north:zg}; or set its"
+        f" `start: {{east: {east:z.1f}, north: {north:z.1f}}}`;"
+        f" a simulator starts there with {home}"
     )
 
 
@@ -217,7 +218,7 @@ def _fence(p: Preflight) -> Check:
 def _ready(p: Preflight) -> Check:
     s = p.status
     if s.armed and p.spec.kind == "quadcopter" and not s.landed:
-        cure = "land and disarm it first: nobody takes over a vehicle in flight"
+        cure = "have its pilot or a ground station land it: nobody takes over a vehicle in flight"
         return Check("ready", False, "armed already, and not known to stand", cure)
     if s.armed and hypot(*s.velocity) > STANDING:
         cure = "stop and disarm it first: nobody takes over a vehicle that is driven"

@@ -6,17 +6,21 @@ Nobody ends their processes, and what stops talking to them leaves them to their
 from collections.abc import Callable, Mapping
 from math import hypot
 
-from ..scenarios.schema import RobotSpec
+from ..scenarios.schema import RobotSpec, Scenario
+from ..transport.frames import Triple
 from ..transport.wire import Phase, VehicleState
 from ..vehicles.flight.modes import Mode
+from .aside import below, place_aside
+from .braking import STANDING, Brake
 from .laws import HOLD, Command, Nominal
 from .member import Member
 from .station import Request
 
 WATCH_S = 60.0  # for a vehicle to come down, or back
 _HOLD_S = 3.0  # for a vehicle to enter its hold mode, before it is told to end without
+_CLEAR_S = 20.0  # for a copter to get clear of who is below it, before it lands all the same
+_SLOW = 0.3  # m/s, of a copter that begins to land
 _RETRY_S = 1.0
-_STANDING = 0.1  # m/s
 _STANDS_S = 3.0  # so long, and a rover on its way home has arrived
 
 _OURS = (Mode.GUIDED, Mode.AUTO, Mode.TAKEOFF, Mode.HOLD)  # modes that we have put it into
@@ -48,11 +52,12 @@ class StayPut:
 class ComeToRest:
     """Brings one external vehicle to hold, then does `at_end` (land, hold, return) with it.
 
-    Rovers stop and disarm for `land`. Each step is confirmed by the vehicle's heartbeat. A vehicle
-    in a mode that we have not put it into has a pilot, who keeps it.
+    Rovers stop and disarm for `land`, and are braked before they are put on hold. A copter that
+    would land on somebody moves aside first. Each step is confirmed by the vehicle's heartbeat. A
+    vehicle in a mode that we have not put it into has a pilot, who keeps it.
     """
 
-    def __init__(self, member: Member, at_end: str, now: float) -> None:
+    def __init__(self, member: Member, scenario: Scenario, at_end: str, now: float) -> None:
         self.phase = member.mission.phase
         self.direct: Command | None = None
         self.done = False
@@ -61,6 +66,13 @@ class ComeToRest:
         self._tell = member.tell
         self._at_end = at_end
         self._last_mode = _LAST_MODE.get(at_end)
+        self._fence = scenario.fence
+        self._rovers = {spec.name for spec in scenario.robots if spec.kind == "rover"}
+        self._brake = Brake()
+        self._nominal: Nominal | None = None  # where a copter gets clear
+        self._clear_by: float | None = None
+        self._stuck = False
+        self._timeout = scenario.team.state_timeout_s
         self._give_up_at = now + WATCH_S
         self._hold_until = now + _HOLD_S
         self._holds = False
@@ -73,20 +85,25 @@ class ComeToRest:
             self._tell("rest", "is not to arm any more")
         elif not self._station.status.armed:
             self._finish("")
+        elif self._has_pilot():
+            self._leave_to_pilot()
+        elif self._is_ending():
+            self._tell("rest", f"is in {self._station.mode_name()} already")
         else:
             then = "" if at_end == "hold" else f", then {self._end_in_words()}"
             self._tell("rest", f"is brought to hold{then}")
 
     def nominal(self, now: float) -> Nominal | None:
-        """Return None: nobody steers it any more."""
-        return None
+        """Return the place where it gets clear to land; None: nobody steers it any more."""
+        return self._nominal
 
     def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         """Go one step further; `done` says that no more will be done."""
         if self.done:
             return
-        if hypot(*me.velocity) > _STANDING:
+        if hypot(*me.velocity) > STANDING:
             self._stands_since = now
+        self._nominal = None
         self.direct = HOLD if self._station.in_mode(Mode.GUIDED) else None
         if self._may_arm:
             self._insist(now, self._station.disarm)
@@ -97,18 +114,24 @@ class ComeToRest:
             self._finish(f"is still armed, in {self._station.mode_name()}")
         elif self._is_ending():
             self._watch(now)
-        elif not any(self._station.in_mode(mode) for mode in _OURS):
-            self._finish(f"is in {self._station.mode_name()}: left to its pilot")
+        elif self._has_pilot():
+            self._leave_to_pilot()
         elif not self._holds:
-            self._hold(now)
+            self._hold(now, me)
         elif self._at_end == "hold":
             self._finish("holds, armed")
+        elif self._last_mode is Mode.LAND and self._gets_clear(now, me, team):
+            pass
         elif self._last_mode is not None and not self._disarms_at_once():
             self._insist(now, self._land if self._at_end == "land" else self._return)
         else:
             self._insist(now, self._station.disarm)
 
-    def _hold(self, now: float) -> None:
+    def _hold(self, now: float, me: VehicleState) -> None:
+        brakes = self._spec.kind == "rover" and self._station.in_mode(Mode.GUIDED)
+        if brakes and not self._brake.stands(now, me.velocity):
+            self._hold_until = now + _HOLD_S
+            return
         if self._station.in_mode(Mode.HOLD) or now > self._hold_until:
             self._holds = True
             self._request = None
@@ -117,8 +140,50 @@ class ComeToRest:
             return
         self._insist(now, lambda at: self._station.set_mode(Mode.HOLD, at))
 
+    def _gets_clear(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
+        """Return whether it must not land yet; it then moves, under the law, to where it can."""
+        under = below(me, team, self._rovers) if self._spec.kind == "quadcopter" else ""
+        if self._clear_by is None:
+            if not under:
+                return False
+            self._clear_by = now + _CLEAR_S
+            self._tell("rest", f"moves aside to land: {under} is below")
+        if now > self._clear_by:
+            self._tell_stuck(under)
+            return False
+        guided = self._station.in_mode(Mode.GUIDED)
+        if not under:
+            return guided and hypot(*me.velocity) > _SLOW  # it brakes
+        if not guided:
+            self.direct = HOLD  # some want to see set-points first
+            self._insist(now, lambda at: self._station.set_mode(Mode.GUIDED, at))
+        elif place := place_aside(me, team, self._rovers, self._fence):
+            self._go_aside(now, place, team)
+        return True
+
+    def _go_aside(self, now: float, place: Triple, team: Mapping[str, VehicleState]) -> None:
+        """Go there, under the law, which would hold for ever beside one of whom nothing is known.
+
+        So it does where the others' coordinators have ended: then nobody moves any more.
+        """
+        if any(now - other.time > self._timeout for other in team.values()):
+            self.direct = Command(position=place)
+        else:
+            self._nominal = Nominal(place)
+
+    def _tell_stuck(self, under: str) -> None:
+        if under and not self._stuck:
+            self._tell("rest", f"lands all the same: {under} is below")
+        self._stuck = True
+
     def _is_ending(self) -> bool:
         return any(self._station.in_mode(mode) for mode in _ENDING)
+
+    def _has_pilot(self) -> bool:
+        return not any(self._station.in_mode(mode) for mode in (*_OURS, *_ENDING))
+
+    def _leave_to_pilot(self) -> None:
+        self._finish(f"is in {self._station.mode_name()}: left to its pilot")
 
     def _disarms_at_once(self) -> bool:
         """Return whether its end is to stand and disarm: a rover's."""

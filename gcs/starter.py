@@ -15,6 +15,7 @@ CLIMB_PATIENCE_S = 8.0  # without getting higher; after 10 s on the ground vehic
 _SHOWN_S = 3.0  # from a yes to the HEARTBEAT that shows it; ArduPilot's boot forgets a mode
 _RECENT_S = 5.0  # texts so old may still be the reason of a refusal
 _SECOND_THOUGHTS = 1  # one that was armed may disarm itself so often before it is in GUIDED
+_HEALTHY_S = 3.0  # in GUIDED: then one may arm that has not said so, its refusal tells why
 _BELOW = 0.3  # m under the ground: a set-point right at it is above it at times, and takes off
 _RISE = 0.1  # m that count as getting higher
 
@@ -38,6 +39,7 @@ class Starter:
         self._request: Request | None = None
         self._refusal = ""  # of the step before
         self._asked_at = 0.0
+        self._guided_at: float | None = None
         self._armed = False
         self._disarmed = 0  # times, by itself
         self._ours = False  # it was armed in GUIDED, and must stay in our hands
@@ -70,14 +72,25 @@ class Starter:
                 raise StationError(loss(station, now))
         self._armed = me.armed
         if not guided:
+            self._guided_at = None
             if stack is None or now - self._began_at >= stack.stream_first_s:
                 self._ask("mode", now, lambda: station.set_mode(Mode.GUIDED, now))
         elif not me.armed:
-            self._ask("arming", now, lambda: station.arm(now))
+            if self._may_arm(now):
+                self._ask("arming", now, lambda: station.arm(now))
         else:
             self._ours = True
             return True
         return False
+
+    def _may_arm(self, now: float) -> bool:
+        """Return whether one that needs a stream has had it and says that it is well with it."""
+        stack, status = self._station.stack, self._station.status
+        self._guided_at = now if self._guided_at is None else self._guided_at
+        if stack is None or not stack.needs_stream or now - self._guided_at >= _HEALTHY_S:
+            return True
+        streamed = now - (self._began_at or 0.0) >= stack.stream_first_s
+        return streamed and (status.prearm_ok is True or status.sensors is None)
 
     def climb(self, now: float, me: VehicleState, up: float) -> bool:
         """Return whether it is `up` metres above the fleet's plane; until then have it climb.

@@ -3,6 +3,7 @@
 from ..transport.mavlink import mav
 from ..vehicles.flight.modes import Mode
 from .station import Request, Station, StationError, said_since
+from .station.status import Texts
 
 SILENT_S = 0.9  # of its link; vehicles that need a stream fail safe after 1 s, some sooner
 _AFTER_S = 5.0  # from the end of a silence to the HEARTBEAT that tells what it has led to
@@ -13,13 +14,23 @@ _RETRY_S = 1.0
 _RECENT_S = 5.0
 
 
+class Taken(StationError):  # noqa: N818 - reads as what has happened
+    """A vehicle that is not in our hands any more."""
+
+
 def loss(station: Station, now: float, mode: Mode = Mode.GUIDED) -> str:
     """Return how a vehicle we had in `mode` got out of our hands, with what it says about it."""
     what = f"left {station.mode_name(mode)} for {station.mode_name()}"
     if not station.status.armed:
         what = "disarmed itself"
-    said = said_since(station.status.texts, now - _RECENT_S, mav.MAV_SEVERITY_INFO)
-    return f"{station.name}: {what} at {now:.1f} s{said}"
+    return f"{station.name}: {what} at {now:.1f} s{_reasons(station, now)}"
+
+
+def _reasons(station: Station, now: float) -> str:
+    """Return its warnings of late, and all that it has said since it was last seen ours."""
+    s = station.status
+    said = [t for t in s.texts if t[0] >= s.changed_after or t[1] <= mav.MAV_SEVERITY_WARNING]
+    return said_since(Texts(said), now - _RECENT_S, mav.MAV_SEVERITY_INFO)
 
 
 class Grip:
@@ -41,7 +52,7 @@ class Grip:
     def check(self, now: float) -> bool:
         """Return whether the vehicle is in our hands; False while it is being asked back.
 
-        Raises StationError when somebody else has it. To be called in every tick.
+        Raises Taken when somebody else has it. To be called in every tick.
         """
         status = self._station.status
         paused = self._checked_at is not None and now - self._checked_at > SILENT_S
@@ -49,15 +60,13 @@ class Grip:
         if paused or now - status.heard_at > SILENT_S:
             self._silent_at = now
         if status.armed and self._station.in_mode(Mode.GUIDED):
-            if self._lost:
+            heard = -1.0 if self._silent_at is None else status.heartbeat_at - self._silent_at
+            if self._lost or heard > _SETTLED_S:
                 self._request, self._tries, self._lost, self._silent_at = None, 0, False, None
-            elif self._silent_at is not None:
-                if status.heartbeat_at > self._silent_at + _SETTLED_S:
-                    self._silent_at = None
             return True
         if not self._lost:
             if not self._was_silent(now):
-                raise StationError(loss(self._station, now))
+                raise Taken(loss(self._station, now))
             self._lost = True
             self._try_at = now + _PAUSE_S
         self._ask_back(now)
@@ -74,7 +83,7 @@ class Grip:
             reason = self._request.problem if self._request else ""
             why = f" and does not come back{f' ({reason})' if reason else ''}"
             text = f"{loss(self._station, now)}, while its link was silent,{why}"
-            raise StationError(text)
+            raise Taken(text)
         self._tries += 1
         self._try_at = now + _RETRY_S
         self._request = self._station.set_mode(Mode.GUIDED, now)

@@ -16,7 +16,7 @@ from .summary import ports_table, summary_table
 if TYPE_CHECKING:
     from .outcome import Outcome
 
-_PRINTED = ("preflight", "problem", "rest")  # kinds of events: all about external vehicles
+_PRINTED = ("preflight", "problem", "link", "rest")  # kinds of events: all about external vehicles
 
 
 class QuietConsole(Console):

@@ -3,7 +3,8 @@
 For two circles with clearance c, each side keeps its velocity towards the other at or below
 (kappa/2)(c - c0). The two halves add up to dc/dt >= -kappa (c - c0), so c never falls below c0
 where velocities are tracked without lag: a control barrier function, shared by two. Lag is what
-bounds kappa (kappa x lag <= 0.6) and what c0 is kept for.
+bounds kappa (kappa x lag <= 0.6) and what c0 is kept for. States that are old and commands that
+come late are lag, too: kappa falls with them.
 """
 
 from collections.abc import Sequence
@@ -22,6 +23,7 @@ _BINDING = 1.1  # v_max: a bound beyond cannot matter
 QUAD_HEIGHTS = (0.6, 1.0)
 MIXED_HEIGHTS = (1.5, 1.9)  # a rover is 0.9 m tall
 COINCIDENT = 1e-9  # m
+KAPPA_LAG = 0.6  # what kappa times lag may be
 _PARALLEL = 1e-9
 _ROUNDING = 1e-9  # m/s
 
@@ -64,7 +66,8 @@ class Approach:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
         if self.c0 < 0:
             raise ValueError(f"c0 must not be negative, got {self.c0}")
-        widest = self.felt_to(min(self.kappa_rover, self.kappa_quad))
+        slowest = slowed(min(self.kappa_rover, self.kappa_quad), 2 * self.state_timeout)
+        widest = self.felt_to(slowest)
         object.__setattr__(self, "_far", widest + 2 * max(self.r_rover, self.r_quad))
 
     def felt_to(self, kappa: float) -> float:
@@ -85,7 +88,7 @@ class Approach:
         my_kappa = self.kappa_rover if rover else self.kappa_quad
         found = []
         for peer in neighbours:
-            system_id, kind, (px, py, pz), (vx, vy, vz), _, age, vertical = peer
+            system_id, kind, (px, py, pz), (vx, vy, vz), _, age, vertical, _ = peer
             if age > timeout:
                 if hypot(px - x, py - y) <= HOLD_WITHIN:
                     return None
@@ -106,6 +109,7 @@ class Approach:
             kappa = my_kappa
             if rover != peer_rover:  # both must brake at a rate that the slower to react can follow
                 kappa = min(self.kappa_rover, self.kappa_quad)
+            kappa = slowed(kappa, max(age, me.age) + min(max(me.delay, 0.0), timeout))
             distance = hypot(dx, dy)
             clearance = distance - my_radius - (self.r_rover if peer_rover else self.r_quad)
             if clearance > self.felt_to(kappa):
@@ -139,6 +143,11 @@ class Approach:
             bound = min(bound, 0.0)
             nearest = (bound * east, bound * north)
         return saturate(nearest, v_max)
+
+
+def slowed(kappa: float, late: float) -> float:
+    """Return the rate that keeps kappa x lag where it was with `late` seconds more lag."""
+    return kappa / (1.0 + kappa * late / KAPPA_LAG)
 
 
 def nearest_permitted(wish: Planar, planes: Sequence[HalfPlane]) -> Planar | None:

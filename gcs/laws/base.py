@@ -16,6 +16,7 @@ class Peer(NamedTuple):
     heading: float  # rad, counter-clockwise from east
     age: float = 0.0  # s since position and velocity were true
     vertical: bool = False  # taking off or landing: moves through all heights where it stands
+    delay: float = 0.0  # s by which commands have lately come too late (of oneself)
 
 
 class Nominal(NamedTuple):

@@ -24,6 +24,7 @@ class Flight:
         self.starter: Starter | None = None  # takes command again
         self._station = station
         self._items = plan(points, station.kind, origin, ground)
+        self._clearing: Question | None = None
         self._upload: Question | None = None
         self._request: Request | None = None
         self._tries = 0
@@ -31,11 +32,23 @@ class Flight:
         self.began = False  # AUTO was seen
         self._left_at: float | None = None
 
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """The modes that the vehicle may be in because of it; empty before AUTO is asked for.
+
+        PX4 goes to HOLD by itself at the end of a mission, and for one that it does not like.
+        """
+        if self._request is None:
+            return ()
+        return (Mode.AUTO,) if self.began and not self.starter else (Mode.AUTO, Mode.HOLD)
+
     def go_on(self, now: float, me: VehicleState) -> bool:
         """Return whether it is through and in command; raise StationError when it refuses."""
         station = self._station
         if self.starter:
             return self.starter.arm(now, me)
+        if self._upload is None and not self._is_cleared(now):
+            return False
         if self._upload is None:
             self._upload = station.missions.upload(self._items, now)
         elif self._upload.refused:
@@ -43,6 +56,20 @@ class Flight:
         elif self._upload.accepted and self._is_through(now, me):
             self.starter = Starter(station, station.kind, START_PATIENCE_S)
         return False
+
+    def _is_cleared(self, now: float) -> bool:
+        """Return whether a new list will be flown from its beginning.
+
+        Where a mission was broken off, a vehicle goes on with the item that it was at, of whatever
+        list; and PX4 does not fly the same list twice. What an external one has flown before is
+        not known.
+        """
+        missions = self._station.missions
+        if self._clearing is None:
+            if not self._station.external and (missions.complete or not missions.count):
+                return True
+            self._clearing = missions.clear(now)
+        return self._clearing.done  # it may well refuse: the new list says it better
 
     def _is_through(self, now: float, me: VehicleState) -> bool:
         """Start the mission; return whether the last item is reached."""

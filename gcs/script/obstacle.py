@@ -15,7 +15,7 @@ class Situation(NamedTuple):
 
     flies: bool
     armed: bool
-    commanded: bool  # it is in the mode in which it follows
+    commanded: bool  # it is in the mode in which it follows, or on the script's own mission
     mode: str
     airborne: bool
     place: Triple  # ENU

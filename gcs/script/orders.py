@@ -69,3 +69,13 @@ class Land:
 
 Order = Rest | Arm | TakeOff | Hold | Goto | Move | Follow | Fly | Land
 STEERED = (Hold, Goto, Move, Follow)  # the coordinator steers; the others are the vehicle's own
+
+
+@dataclass(slots=True, eq=False)
+class Task:
+    """One order on its way: it ends `done` or with an `error`; neither when another replaced it."""
+
+    order: Order
+    done: bool = False
+    error: BaseException | None = None
+    begun_at: float = -1.0  # s of fleet time; negative: not yet

@@ -23,5 +23,8 @@ class ParamValues:
         return question.value
 
     def __setitem__(self, name: str, value: float) -> None:
-        """Set it, and wait until the vehicle confirms; raise Refused when it does not."""
+        """Set it, and wait until the vehicle confirms; raise Refused when it does not.
+
+        An integer is not sent a fraction, nor a number that does not fit: it stays as it is.
+        """
         self._ask(f"set {name} to {value:g}", lambda now: self._parameters.write(name, value, now))

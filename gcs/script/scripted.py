@@ -4,7 +4,6 @@ No I/O. ENU. A new order takes the place of the one before; while nobody gives o
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import dist
 
 from ...scenarios.schema import RobotSpec, Scenario
@@ -15,27 +14,18 @@ from ..laws import HOLD, Command, Nominal
 from ..mission import ARRIVED, Tell
 from ..starter import Starter
 from ..station import Station, StationError
-from ..takeover import Grip
+from ..takeover import Grip, Taken
 from .errors import FleetError, Refused, TakenOver
 from .flight import Flight
 from .landing import Landing
 from .obstacle import CLIMB_M, Situation, filled, obstacle
-from .orders import STEERED, Arm, Fly, Follow, Goto, Hold, Land, Move, Order, Rest, TakeOff
+from .orders import STEERED, Arm, Fly, Follow, Goto, Hold, Land, Move, Order, Rest, TakeOff, Task
+from .recall import Recall
 from .values import Path, triple
 
 _STILL: Triple = (0.0, 0.0, 0.0)
 _LEAD_M = 0.25  # of a velocity's target: makes up for one that is not quite reached
 _SAME_HEIGHT_M = 0.5
-
-
-@dataclass(slots=True, eq=False)
-class Task:
-    """One order on its way: it ends `done` or with an `error`; neither when another replaced it."""
-
-    order: Order
-    done: bool = False
-    error: BaseException | None = None
-    begun_at: float = -1.0  # s of fleet time; negative: not yet
 
 
 class Scripted:
@@ -50,13 +40,15 @@ class Scripted:
         self._was_armed = False
         self.commanded = False  # by us, not by a pilot: it is ours to bring to rest
         self._origin = scenario.origin
+        self._taken = False  # by a pilot or a failsafe, until arm() takes it back
         self._fence = scenario.fence
         self._ground = spec.start.up or 0.0
         self._station = station
         self._tell = tell
         self._grip = Grip(station)
         self._starter: Starter | None = None
-        self._flight: Flight | None = None
+        self._flight: Flight | None = None  # as long as the vehicle may be on it
+        self._recall: Recall | None = None  # from that flight, before the next order
         self._landing: Landing | None = None
         self._failure: BaseException | None = None  # of the script's own code
         self._target: Triple = _STILL
@@ -66,13 +58,15 @@ class Scripted:
     def give(self, order: Order) -> Task:
         """Take an order in place of the present one; its task tells what becomes of it.
 
-        Raises Refused when the vehicle is in no state for it.
+        Raises Refused when the vehicle is in no state for it, TakenOver when it is not ours.
         """
         if problem := obstacle(order, self._situation()):
-            raise Refused(f"{self.spec.name}: {problem}")
+            error = TakenOver if self._taken else Refused
+            raise error(f"{self.spec.name}: {problem}")
         if isinstance(order, TakeOff) and self.airborne:
             order = Goto(None, None, order.up)
         self.task = Task(order)
+        self._recall_for(order)
         return self.task
 
     def raise_failure(self) -> None:
@@ -84,6 +78,8 @@ class Scripted:
     @property
     def direct(self) -> Command | None:
         """What to send past the law while there is no nominal target; None: nothing."""
+        if self._recall:
+            return self._recall.direct
         match self.task.order:
             case Arm() | TakeOff() if self._starter:
                 return self._starter.direct
@@ -104,17 +100,43 @@ class Scripted:
     def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         """Go on with the order; one that fails is ended, and who can be steered holds."""
         task = self.task
-        if task.begun_at < 0:
-            task.begun_at = now
-            self._begin(task.order, me)
         try:
+            if self._recall and not self._is_recalled(self._recall, now, me):
+                return
+            if task.begun_at < 0:
+                task.begun_at = now
+                self._begin(task.order, me)
             if self._is_steered() and not self._has_grip(now, me):
                 return
             self._go_on(task, now, me)
         except FleetError as error:
             self._end(task, error, me)
+        except Taken as error:
+            self._end(task, _taken_over(error), me)
         except StationError as error:
             self._end(task, Refused(str(error)), me)
+
+    def _recall_for(self, order: Order) -> None:
+        """Have it leave the script's own mission before the order, where that would not do it."""
+        flight = self._flight
+        itself = isinstance(order, Arm) or (isinstance(order, Land) and self.flies)
+        if flight is None or not flight.modes or itself:
+            self._flight = self._recall = None
+        elif self._recall is None:
+            self._recall = Recall(self._station, flight.modes)
+
+    def _is_recalled(self, recall: Recall, now: float, me: VehicleState) -> bool:
+        """Return whether the order may begin; raise StationError when the vehicle is not had."""
+        try:
+            if not recall.go_on(now, me):
+                return False
+        except StationError:
+            self._recall = None
+            if not isinstance(self.task.order, Land):  # it stops without
+                raise
+        self._flight = self._recall = None
+        self._grip = Grip(self._station)
+        return True
 
     def _begin(self, order: Order, me: VehicleState) -> None:
         station = self._station
@@ -124,7 +146,7 @@ class Scripted:
                 self._was_armed = me.armed  # what the vehicle says of landing may be a second old
                 if isinstance(order, Arm) or self._starter is None:
                     self._starter = Starter(station, self.spec.kind, order.patience_s)
-                self.commanded = True
+                self.commanded, self._taken = True, False
                 self._enter(Phase.STARTING)
             case Goto():
                 self._target = filled(order, me.position, flies=self.flies)
@@ -167,6 +189,7 @@ class Scripted:
                 east, north, up = points[-1]  # AUTO counts it as reached from metres away
                 task.order = Goto(east, north, up)
                 self._target = (east, north, up if self.flies else me.position[2])
+                self._flight = None
                 self._take_command()
             case Land() if self._landing and self._landing.go_on(now, me):
                 task.done = True
@@ -188,6 +211,7 @@ class Scripted:
     def _ended(self, phase: Phase) -> None:
         """From here on nobody steers it."""
         self.airborne = False
+        self._flight = None
         self.task.order = Rest()
         self._enter(phase)
 
@@ -199,11 +223,11 @@ class Scripted:
     def _has_grip(self, now: float, me: VehicleState) -> bool:
         try:
             return self._grip.check(now)
-        except StationError as error:
+        except Taken as error:
             self._tell("problem", str(error))
             if not me.armed:
                 self._ended(Phase.DONE)
-            raise TakenOver(f"{error} (arm() takes it back)") from None
+            raise _taken_over(error) from None
 
     def _move(self, velocity: Triple, now: float, me: VehicleState) -> None:
         """Move the target along, ahead of the vehicle by no more than it may have to catch up."""
@@ -234,7 +258,7 @@ class Scripted:
         task.error = task.error or error
         self.airborne = self.airborne or (self.flies and me.armed and self._is_up(me))
         if isinstance(error, TakenOver):
-            self.commanded = False
+            self.commanded, self._taken, self._flight = False, True, None
         if not me.armed:
             self._ended(Phase.WAITING)
         elif self._station.in_mode(Mode.GUIDED) and (self.airborne or not self.flies):
@@ -248,12 +272,17 @@ class Scripted:
         return Situation(
             flies=self.flies,
             armed=station.status.armed,
-            commanded=station.in_mode(Mode.GUIDED),
+            commanded=station.in_mode(Mode.GUIDED) or self._is_on_own_mission(),
             mode=station.mode_name(),
             airborne=self.airborne,
             place=(east, north, up + 0.0),  # not -0
             fence=self._fence,
         )
+
+    def _is_on_own_mission(self) -> bool:
+        """Return whether the script itself has put it into the mode that it is in."""
+        modes = self._flight.modes if self._flight else ()
+        return any(self._station.in_mode(mode) for mode in modes)
 
     def _is_up(self, me: VehicleState) -> bool:
         landed = self._station.status.landed
@@ -265,3 +294,7 @@ class Scripted:
         if phase is not self.phase:
             self.phase = phase
             self._tell("phase", phase.name.lower())
+
+
+def _taken_over(error: Taken) -> TakenOver:
+    return TakenOver(f"{error} (arm() takes it back)")

@@ -154,7 +154,8 @@ class Stage:
             for name, member in self._members().items():
                 conduct, status = member.mission, member.station.status
                 if isinstance(conduct, Scripted) and conduct.commanded and status.armed:
-                    member.mission = resting[name] = ComeToRest(member, at_end, pace.now)
+                    rest = ComeToRest(member, self._scenario, at_end, pace.now)
+                    member.mission = resting[name] = rest
         lost: dict[str, str] = {}
         while any(not rest.done for name, rest in resting.items() if name not in lost):
             self.step()
@@ -178,6 +179,8 @@ class Stage:
         if self._ground:
             self._ground.close()
         run.stop(hurry=False)
+        if run.abandoned:
+            raise FleetError(run.abandoned)
 
     def _report(self, error: BaseException | None) -> None:
         run = self._run

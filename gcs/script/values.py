@@ -14,6 +14,10 @@ class Position(NamedTuple):
     north: float
     up: float
 
+    def __str__(self) -> str:
+        """Return it in centimetres, for people."""
+        return f"east {self.east:z.2f}, north {self.north:z.2f}, up {self.up:z.2f}"
+
 
 class Velocity(NamedTuple):
     """How fast and which way, m/s."""
@@ -21,6 +25,10 @@ class Velocity(NamedTuple):
     east: float
     north: float
     up: float
+
+    def __str__(self) -> str:
+        """Return it in cm/s, for people."""
+        return f"east {self.east:z.2f}, north {self.north:z.2f}, up {self.up:z.2f}"
 
 
 class State(NamedTuple):

@@ -11,7 +11,7 @@ from ..station.status import said_since
 from .errors import FleetError, LinkLost, Refused, TimedOut
 
 if TYPE_CHECKING:
-    from .scripted import Task
+    from .orders import Task
     from .vehicle import Vehicle
 
 DEFAULT_S = 120.0  # of the vehicle's own time
@@ -79,7 +79,9 @@ class Waiting:
             return "it has told no position yet"
         east, north, up = state.position
         armed = "armed" if state.armed else "disarmed"
-        return f"it is at east {east:.1f}, north {north:.1f}, up {up:.1f}, {armed}, in {state.mode}"
+        return (
+            f"it is at east {east:z.1f}, north {north:z.1f}, up {up:z.1f}, {armed}, in {state.mode}"
+        )
 
 
 def done_or_raise(vehicle: "Vehicle", task: "Task", what: str) -> Callable[[], bool]:

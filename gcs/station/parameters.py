@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import isclose, isfinite
+from math import isclose
 
 from ...transport.mavlink import Message, mav
 from .commands import RETRY_S, TRIES
@@ -21,6 +21,8 @@ _INTEGERS = {
     mav.MAV_PARAM_TYPE_INT32: "<i",
 }
 _SINGLE = 1e-6  # relative: values travel as 32-bit floats
+_LARGEST = 3.4e38  # of those
+_WHOLE = 1e-9  # what is so near to an integer is one
 
 
 @dataclass(slots=True)
@@ -31,15 +33,17 @@ class _Asked:
     value: float | None  # to write; None only reads
     next_try: float
     tries: int = 0
-    written: bool = False
+    kind: int | None = None  # MAV_PARAM_TYPE, once it is read
+    before: float = 0.0  # what the vehicle had then
 
 
 @dataclass(slots=True)
 class ParameterClient:
     """Reads and writes parameters by name, each asked until the vehicle tells its value.
 
-    A vehicle is silent about what it does not have. To write one it must be read before: a
-    PX4 takes a value in its own type only.
+    A vehicle is silent about what it does not have. What is to be written is read before, since
+    a vehicle takes a value in its own type only: PX4 refuses it in another, ArduPilot would cut a
+    fraction off, or what is too large, and keep the rest.
     """
 
     name: str  # of the vehicle
@@ -47,7 +51,6 @@ class ParameterClient:
     heard: Texts
     stack: FlightStack | None = None
     _asked: dict[str, _Asked] = field(default_factory=dict)
-    _types: dict[str, int] = field(default_factory=dict)
 
     def read(self, name: str, now: float) -> Question:
         """Ask for a value."""
@@ -61,18 +64,20 @@ class ParameterClient:
         """Take in a PARAM_VALUE."""
         name = m.param_id[:NAME_LENGTH].partition("\0")[0]
         asked = self._asked.get(name)
-        if asked is None:
+        if asked is None or self.stack is None:
             return
-        self._types[name] = m.param_type
         question, value = asked.question, self._decoded(m)
         question.value = value
-        if asked.value is None or isclose(value, asked.value, rel_tol=_SINGLE, abs_tol=1e-9):
+        if asked.value is None or _agree(value, asked.value, m.param_type):
             question.accepted = True
             del self._asked[name]
-        elif not asked.written:  # now its type is known
-            asked.next_try, asked.tries = now, 0
+        elif asked.kind is None:
+            asked.kind, asked.before, asked.next_try, asked.tries = m.param_type, value, now, 0
+            if misfit := self._misfit(asked.value, asked.kind):
+                self._refuse(name, f"{misfit}; it stays {value:g}")
         elif asked.tries >= 2:
-            self._refuse(name, f"refused: it stays {value:g}")
+            took = f"it took {value:g} instead, and had {asked.before:g} before"
+            self._refuse(name, f"refused: it stays {value:g}" if value == asked.before else took)
 
     def due(self, now: float) -> Iterator[Message]:
         """Yield what is to be asked or asked again now."""
@@ -84,17 +89,12 @@ class ParameterClient:
                 continue
             asked.tries += 1
             asked.next_try = now + RETRY_S
-            try:
-                message = self._message(name, asked)
-            except struct.error:
-                self._refuse(name, "it is an integer, of a type that this does not fit")
-            else:
-                yield message
+            yield self._message(name, asked)
 
     def _ask(self, name: str, value: float | None, what: str, now: float) -> Question:
         question = Question(what, self.heard, now)
-        if value is not None and not isfinite(value):
-            question.problem = f"{self.name}: {what}: not a number"
+        if value is not None and not abs(value) <= _LARGEST:
+            question.problem = f"{self.name}: {what}: not a number that a vehicle knows"
             return question
         if not name or len(name) > NAME_LENGTH or not name.isascii():
             question.problem = f"{self.name}: {name!r} cannot be the name of a parameter"
@@ -110,23 +110,50 @@ class ParameterClient:
 
     def _message(self, name: str, asked: _Asked) -> Message:
         head = (self.system_id, mav.MAV_COMP_ID_AUTOPILOT1, name.encode("ascii"))
-        kind = self._types.get(name)
         message: Message
-        if asked.value is None or kind is None:
+        if asked.value is None or asked.kind is None:
             message = mav.MAVLink_param_request_read_message(*head, -1)
             return message
-        asked.written = True
-        message = mav.MAVLink_param_set_message(*head, self._encoded(asked.value, kind), kind)
+        value = self._encoded(asked.value, asked.kind)
+        message = mav.MAVLink_param_set_message(*head, value, asked.kind)
         return message
+
+    def _misfit(self, value: float, kind: int) -> str:
+        """Return why a parameter of this type cannot have the value; "": it can."""
+        form = _INTEGERS.get(kind)
+        if form is None:
+            return ""
+        if abs(value - round(value)) > _WHOLE:
+            return "it is an integer, and takes no fraction"
+        try:
+            struct.pack(form, round(value))
+        except struct.error:
+            return "it is an integer, of a type that this does not fit"
+        (single,) = struct.unpack("<f", struct.pack("<f", round(value)))
+        if not self._is_bytewise and single != round(value):
+            return f"it is an integer that is told as {single:.0f}: it has too many digits"
+        return ""
+
+    @property
+    def _is_bytewise(self) -> bool:
+        return self.stack is not None and self.stack.bytewise_parameters
 
     def _decoded(self, m: Message) -> float:
         form = _INTEGERS.get(m.param_type)
-        if form and self.stack is not None and self.stack.bytewise_parameters:
+        if form and self._is_bytewise:
             return float(struct.unpack(form, struct.pack("<f", m.param_value))[0])
         return float(m.param_value)
 
     def _encoded(self, value: float, kind: int) -> float:
         form = _INTEGERS.get(kind)
-        if form is None or self.stack is None or not self.stack.bytewise_parameters:
+        if form is None:
             return value
+        if not self._is_bytewise:
+            return float(round(value))
         return float(struct.unpack("<f", struct.pack(form, round(value)))[0])
+
+
+def _agree(value: float, wanted: float, kind: int) -> bool:
+    if kind in _INTEGERS:
+        return abs(value - wanted) <= _WHOLE
+    return isclose(value, wanted, rel_tol=_SINGLE, abs_tol=1e-9)

@@ -21,7 +21,6 @@ class FlightStack:
     needs_home_item: bool = False  # item 0 of a mission is home
     loss_parameter: str = "GUID_TIMEOUT"  # s without set-points until it stops or fails safe
     follows_velocity: frozenset[str] = _BOTH  # kinds that heed the velocity beside a position
-    waits_for_gps_s: float = 60.0  # from boot to a position, about
 
     @property
     def name(self) -> str:

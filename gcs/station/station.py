@@ -42,8 +42,9 @@ class Station:
     """Speaks MAVLink with one vehicle: feed it bytes, take bytes from it.
 
     Everything on this side is NED in the fleet's frame. With an `origin`, the fleet's, the vehicle
-    is an external one with a frame of its own: `status.position_at` stays -1, and targets are not
-    sent, until the two are aligned. `problem` says why it must not be flown at all; "": nothing.
+    is an external one with a frame of its own: `status.position_at` stays as it is (-1 at first),
+    and targets are not sent, while the two are not aligned. `problem` says why it must not be
+    flown at all; "": nothing.
     """
 
     def __init__(
@@ -165,8 +166,7 @@ class Station:
         if self._outside:
             alignment = self._outside.alignment
             if not alignment.aligned:
-                s.position_at = s.position_at if s.armed else -1.0
-                return
+                return  # nothing new is known: the age of the last position tells
             local = alignment.to_fleet(local)
         s.position, s.velocity, s.position_at = local, velocity, now
 

@@ -54,9 +54,9 @@ class VehicleStatus:
     yaw: float = 0.0
     armed: bool = False
     custom_mode: int = 0
+    changed_after: float = -1.0  # the last heartbeat before mode or arming changed
     mav_type: int | None = None
     autopilot: int | None = None
-    system_status: int = 0  # MAV_STATE
     boot_s: float = -1.0  # its own seconds since boot
     boots: int = 0
     landed: bool | None = None
@@ -84,13 +84,14 @@ class VehicleStatus:
                 self.quaternion = quaternion_from_euler(m.roll, m.pitch, m.yaw)
                 self.yaw = m.yaw
             case "HEARTBEAT":
-                self.heartbeat_at = now
-                self.armed = bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED)
+                armed = bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED)
+                if (armed, m.custom_mode) != (self.armed, self.custom_mode):
+                    self.changed_after = self.heartbeat_at
+                self.heartbeat_at, self.armed = now, armed
                 if self.landed is False and not self.armed:
                     self.landed = True  # EXTENDED_SYS_STATE says so up to a second later
                 self.custom_mode = m.custom_mode
                 self.mav_type, self.autopilot = m.type, m.autopilot
-                self.system_status = m.system_status
             case "STATUSTEXT":
                 return self._on_text(m, now)
             case "SYS_STATUS":
@@ -177,6 +178,8 @@ def _place(lat_e7: int, lon_e7: int, alt_mm: int) -> tuple[float, float, float] 
 
 
 def _origin(m: Message) -> Origin | None:
+    if _place(m.latitude, m.longitude, 0) is None:
+        return None
     try:
         return Origin(m.latitude * 1e-7, m.longitude * 1e-7, m.altitude * 1e-3)
     except ValueError:  # a place that cannot be one

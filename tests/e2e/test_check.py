@@ -107,6 +107,15 @@ def test_what_is_missing_is_named_with_a_cure_that_works(field):
     assert re.search(r"place +0\.\d m from its start", out)
 
 
+def test_one_that_would_not_arm_says_why_without_being_waited_for(field):
+    field.rover("--position", "6,-2,0")
+    field.quad("--param", "BATT_ARM_VOLT=120")
+    code, out, err = field.check("--wait", 4)
+    assert code == 3
+    assert err == "mavherd: field: missing: quad1 (ready)\n"
+    assert re.search(r"missing ready +says 'PreArm: .*[Bb]att.*'", out)
+
+
 def test_a_vehicle_that_comes_late_is_waited_for(field):
     field.rover("--position", "6,-2,0")
     checking = field.start_check("--wait", 40, "--json")

@@ -1,14 +1,20 @@
 """External vehicles of both flight stacks: cleared first, flown like our own, brought to rest."""
 
 from dataclasses import replace
+from itertools import pairwise
+from math import dist, hypot
 
 import pytest
 
+import mavherd.gcs.rest
+from mavherd.gcs.aside import COPTER_ROOM, ROVER_ROOM
 from mavherd.gcs.clearance import COMPLAINT_S
 from mavherd.gcs.coordinator import LOST_S, Coordinator
+from mavherd.gcs.script.orders import Arm, Land, Move
+from mavherd.gcs.script.scripted import Scripted
 from mavherd.gcs.station import StationError
 from mavherd.scenarios.loader import load_scenario
-from mavherd.transport.mavlink import Codec
+from mavherd.transport.mavlink import Codec, mav
 from mavherd.transport.wire import Phase
 from mavherd.vehicles.config import VehicleConfig
 from mavherd.vehicles.flight.modes import Mode
@@ -161,6 +167,27 @@ def test_what_its_line_complains_of_is_told_and_ends_the_run():
         field.run(COMPLAINT_S)
 
 
+def test_what_is_missing_behind_the_complaint_of_a_line_is_told_when_that_ends():
+    scenario = external(load_scenario("one-quad"), "ardupilot")
+    field = Field(scenario)
+    (spec,) = scenario.robots
+    far = replace(spec, start=replace(spec.start, east=spec.start.east + 9.0))
+    field.vehicles["quad1"] = field.vehicle(far)
+    field.links["quad1"] = field.vehicles["quad1"].converse(channel=0)
+    member = field.members["quad1"]
+    for seconds in range(8):
+        member.complaint = f"tcp:x:1: system 1 has been silent for {seconds} s"
+        field.run(1)
+    member.complaint = "tcp:x:1: heard; listening for a second system 1"
+    field.run(2)
+    member.complaint = ""
+    field.run(3)
+    silent, listens, place = field.texts("quad1", "preflight")
+    assert silent.startswith("waits for tcp:x:1: system 1 has been silent for ")
+    assert "listening for a second" in listens
+    assert place.startswith("waits for place: stands at east ")
+
+
 def test_the_wrong_kind_of_vehicle_is_told_nothing_and_ends_the_run_at_once():
     scenario = external(load_scenario("one-quad"), "ardupilot")
     field = Field(scenario)
@@ -177,8 +204,11 @@ def test_a_link_that_is_silent_for_five_seconds_and_comes_back_does_not_end_the_
     field.until_phase(Phase.ACTIVE)
     field.silent.add("quad1")
     field.run(5)
+    assert field.texts("quad1", "link") == ["link silent"]
     field.silent.clear()
     field.until(lambda: field.coordinator.finished, 60)
+    (_, back) = field.texts("quad1", "link")
+    assert back in ("link back after 5.0 s", "link back after 5.1 s")
 
 
 def reboot(field, name):
@@ -198,6 +228,24 @@ def test_a_reboot_under_way_ends_the_run_and_brings_the_others_to_rest():
         field.run(1)
     rest(field, "land", 40)
     assert not field.armed()
+
+
+def test_a_landed_vehicle_that_no_longer_knows_its_place_does_not_stop_the_others():
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    landed = field.members["rover1"]
+    field.until(lambda: landed.mission.phase is Phase.DONE, 60)
+    field.drop["rover1"] = ("GLOBAL_POSITION_INT",)
+    away = [round(deg * 1e7) for deg in field.scenario.origin.to_geodetic(60.0, 60.0)]
+    for _ in range(10):
+        steered = [n for n, m in field.members.items() if m.mission.nominal(field.now)]
+        m = mav.MAVLink_global_position_int_message(field.now_us // 1000, *away, 0, 0, 0, 0, 0, 0)
+        field.coordinator.receive("rover1", Codec(landed.spec.system_id).encode([m]), field.now)
+        assert "apart" in landed.station.waits_for
+        field.tick()
+        for name in steered:
+            sent = {m.get_type() for m in Codec(1).decode(field.outgoing[name])}
+            assert "SET_POSITION_TARGET_LOCAL_NED" in sent
+    assert steered
 
 
 def test_what_is_no_longer_ready_when_the_last_one_is_keeps_all_from_arming(monkeypatch):
@@ -240,6 +288,16 @@ def test_one_that_stays_silent_ends_it():
     with pytest.raises(StationError, match="quad1: no heartbeat for 10 s"):
         field.run(20)
     assert LOST_S - 1 < field.now - silent_at <= LOST_S + 0.1
+
+
+def speed(member):
+    return hypot(*member.station.status.velocity)
+
+
+def apart(field, one, other):
+    """Return how far two vehicles are from each other, horizontally."""
+    places = (field.members[name].state(0).position[:2] for name in (one, other))
+    return dist(*places)
 
 
 def rest(field, at_end, seconds=40):
@@ -285,8 +343,123 @@ def test_a_run_that_is_broken_off_holds_first_and_then_ends_as_configured(
     if at_end == "land":
         assert field.texts("quad1", "rest") == [
             "is brought to hold, then land",
+            "moves aside to land: rover3 is below",
             "is disarmed",
         ]
+        copters = [spec.name for spec in scenario.robots if spec.kind == "quadcopter"]
+        for name in copters:
+            others = [other for other in scenario.robots if other.name != name]
+            for other in others:
+                room = ROVER_ROOM if other.kind == "rover" else COPTER_ROOM
+                assert apart(field, name, other.name) > room
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+def test_a_copter_that_does_not_get_clear_of_who_is_below_lands_after_a_while(stack, monkeypatch):
+    monkeypatch.setattr(mavherd.gcs.rest, "place_aside", lambda *_: None)
+    field = Field(external(load_scenario("crossing-targets"), stack))
+    field.until_phase(Phase.ACTIVE)
+    field.run(3)  # now a rover is right below
+    field.coordinator.come_to_rest(field.now, "land")
+    field.run(15)
+    assert field.armed() == {"quad1"}
+    field.run(20)
+    assert not field.armed()
+    assert field.texts("quad1", "rest")[1:] == [
+        "moves aside to land: rover3 is below",
+        "lands all the same: rover3 is below",
+        "is disarmed",
+    ]
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+def test_a_copter_gets_clear_also_of_one_of_whom_nothing_is_heard_any_more(stack):
+    field = Field(external(load_scenario("crossing-targets"), stack))
+    field.until_phase(Phase.ACTIVE)
+    field.run(3)
+    field.silent.add("rover3")
+    field.run(1.5)
+    quad, rover = (field.members[name].station.status for name in ("quad1", "rover3"))
+    rover.position = (*quad.position[:2], 0.0)  # there it was when it fell silent
+    rest(field, "land")
+    assert "quad1" not in field.armed()
+    assert not any("all the same" in text for text in field.texts("quad1", "rest"))
+    assert apart(field, "quad1", "rover3") > ROVER_ROOM
+    assert "moves aside to land: rover3 is below" in field.texts("quad1", "rest")
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+@pytest.mark.parametrize("broken_off", [True, False])
+def test_a_rover_is_braked_before_it_is_put_on_hold(stack, broken_off):
+    scenario = external(load_scenario("crossing-targets"), stack)
+    rover = scenario.robots[0]
+    field = Field(replace(scenario, robots=(replace(rover, dwell_s=0.0),)))
+    member, autopilot = field.members[rover.name], field.vehicles[rover.name].autopilot
+    if broken_off:
+        field.until_phase(Phase.ACTIVE)
+        field.run(3)
+        field.coordinator.come_to_rest(field.now, "land")
+    else:
+        field.until_phase(Phase.LANDING, 60)
+    assert speed(member) > 0.2
+    field.until(lambda: autopilot.mode is Mode.HOLD, 4)
+    assert speed(member) < 0.15
+    assert rover.name in field.armed()
+    field.until(lambda: not field.armed(), 2)
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+def test_a_script_s_rover_is_braked_before_it_is_put_on_hold(stack):
+    scenario = external(load_scenario("crossing-targets"), stack)
+    rover = scenario.robots[0]
+    field = Field(replace(scenario, robots=(rover,)), conduct=Scripted, strict=False)
+    member, autopilot = field.members[rover.name], field.vehicles[rover.name].autopilot
+    field.until(lambda: member.prepared, 30)
+    arming = member.mission.give(Arm(10.0))
+    field.until(lambda: arming.done, 10)
+    member.mission.give(Move((1.0, 0.0, 0.0)))
+    field.run(4)
+    landing = member.mission.give(Land())
+    assert speed(member) > 0.5
+    field.until(lambda: autopilot.mode is Mode.HOLD, 4)
+    assert speed(member) < 0.15
+    field.until(lambda: landing.done, 4)
+    assert not landing.error
+
+
+def test_a_pilot_may_take_a_rover_while_it_brakes():
+    scenario = external(load_scenario("crossing-targets"), "ardupilot")
+    rover = scenario.robots[0]
+    field = Field(replace(scenario, robots=(replace(rover, dwell_s=0.0),)))
+    field.until_phase(Phase.LANDING, 60)
+    field.tick()
+    field.vehicles[rover.name].autopilot.enter(Mode.MANUAL)
+    with pytest.raises(StationError, match="left GUIDED for MANUAL"):
+        field.run(2)
+
+
+@pytest.mark.parametrize("stack", ["ardupilot", "px4"])
+def test_who_would_not_arm_is_asked_why_and_says_so_at_once(stack, monkeypatch):
+    field = Field(external(load_scenario("one-quad"), stack))
+    autopilot = field.vehicles["quad1"].autopilot
+    run_checks, asked_at = autopilot.arming.run_checks, []
+
+    def asked():
+        asked_at.append(field.now)
+        return run_checks()
+
+    monkeypatch.setattr(autopilot.arming, "run_checks", asked)
+    with monkeypatch.context() as patched:
+        patched.setattr(autopilot.arming, "_hindrances", lambda: iter(["Gyros inconsistent"]))
+        field.until(lambda: field.texts("quad1", "preflight"), 15)
+        assert "Gyros inconsistent" in field.texts("quad1", "preflight")[0]
+        field.run(18)
+        assert len(asked_at) >= 4
+        assert all(after - before >= 5 for before, after in pairwise(asked_at))
+    field.until(lambda: field.armed(), 20)
+    before = len(asked_at)
+    field.run(10)
+    assert len(asked_at) == before
 
 
 @pytest.mark.parametrize("stack", ["ardupilot", "px4"])
@@ -307,6 +480,7 @@ def test_who_was_on_the_way_down_goes_on_landing():
     field.until_phase(Phase.LANDING, 60)
     field.until(lambda: field.vehicles["quad1"].autopilot.mode is Mode.LAND, 5)
     assert rest(field, "land") == {"quad1": [Mode.LAND]}
+    assert field.texts("quad1", "rest") == ["is in LAND already", "is disarmed"]
     assert not field.armed()
 
 
@@ -316,9 +490,11 @@ def test_a_pilot_who_has_taken_over_is_left_alone():
     field.vehicles["quad1"].autopilot.enter(Mode.LOITER)
     with pytest.raises(StationError, match="left GUIDED for LOITER"):
         field.run(2)
-    assert rest(field, "land") == {"quad1": [Mode.LOITER]}
+    rest(field, "land")
+    field.run(1)
+    assert field.vehicles["quad1"].autopilot.mode is Mode.LOITER
     assert field.armed() == {"quad1"}
-    assert field.texts("quad1", "rest")[-1] == "is in LOITER: left to its pilot"
+    assert field.texts("quad1", "rest") == ["is in LOITER: left to its pilot"]
 
 
 def test_who_was_never_told_to_arm_is_told_nothing_at_the_end_either():

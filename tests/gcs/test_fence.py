@@ -1,11 +1,11 @@
 """No command leads out of the fence, and one from outside leads back."""
 
-from math import dist
+from math import cos, dist, pi, sin
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavherd.gcs.fence import RETURN, confine
+from mavherd.gcs.fence import RETURN, confine, confine_along
 from mavherd.gcs.laws import HOLD, Command
 from mavherd.scenarios.schema import Fence
 
@@ -78,3 +78,19 @@ def test_standing_still_outside_leads_back_and_a_yaw_alone_is_none_of_its_busine
     sent = confine(FENCE, (30.0, 0.0, 12.0), Command(velocity=(0.0, 0.0, 0.0)))
     assert sent.velocity == (-RETURN, 0.0, -RETURN)
     assert confine(FENCE, (30.0, 0.0, 1.0), Command(yaw=1.0)) == Command(yaw=1.0)
+
+
+@given(inside, st.floats(-pi, pi), st.lists(st.floats(0, 3), min_size=1, max_size=40))
+def test_a_rover_that_is_still_turning_does_not_drive_out_along_its_nose(start, heading, asked):
+    position = start
+    for speed in asked:
+        forward = confine_along(FENCE, position, heading, speed)
+        assert 0 <= forward <= speed
+        step = (forward * cos(heading), forward * sin(heading), 0.0)
+        position = moved(position, step)
+        assert beyond(position) < 1e-9
+
+
+def test_a_rover_that_stands_outside_may_drive_back_but_no_farther():
+    assert confine_along(FENCE, (21.0, 0.0, 0.0), pi, 0.4) == 0.4
+    assert confine_along(FENCE, (21.0, 0.0, 0.0), 0.0, 0.4) == 0.0

@@ -234,7 +234,11 @@ def test_a_vehicle_that_disarms_itself_is_given_up(alone):
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_pilot_who_takes_over_in_the_landing_wins(tmp_path, autopilot):
-    alone = Alone(scenario_of(tmp_path, ONE.replace("THEN", "land").replace("q,", f"q, autopilot: {autopilot},")))
+    alone = Alone(
+        scenario_of(
+            tmp_path, ONE.replace("THEN", "land").replace("q,", f"q, autopilot: {autopilot},")
+        )
+    )
     alone.run(60, until=Phase.LANDING)
     alone.run(1.5)
     assert alone.vehicle.autopilot.mode is Mode.LAND
@@ -251,6 +255,6 @@ def test_a_driver_who_takes_over_a_rover_that_is_to_be_disarmed_wins(tmp_path, m
     alone.run(1.5)
     assert alone.vehicle.autopilot.mode is Mode.HOLD
     alone.vehicle.autopilot.set_mode(alone.vehicle.autopilot.modes.number(Mode.MANUAL))
-    with pytest.raises(StationError, match="^q: left HOLD for MANUAL at"):
+    with pytest.raises(StationError, match=r"^q: left HOLD for MANUAL at"):
         alone.run(5)
     assert alone.vehicle.autopilot.mode is Mode.MANUAL

@@ -79,6 +79,12 @@ def test_before_anything_is_heard_only_the_link_is_wrong():
     assert {each.ok for each in checks[1:]} == {None}
 
 
+def test_nobody_stands_at_minus_zero():
+    found = check("place", position=(-0.02, -9.0, 0.0))  # north, east, down
+    assert "stands at east -9.0, north 0.0, " in found.text
+    assert "start: {east: -9.0, north: 0.0}" in found.cure
+
+
 def test_a_link_is_lost_after_three_seconds():
     assert check("link", heartbeat_at=NOW - 2.9).ok
     lost = check("link", heartbeat_at=NOW - 7.2)

@@ -99,6 +99,36 @@ def test_a_stack_that_wants_a_stream_has_had_one_when_it_is_asked():
     assert mav.MAV_CMD_NAV_TAKEOFF not in {c for _, c in stand.commands()}
 
 
+def offboard_from_before(monkeypatch, refusal):
+    """Return a stand whose PX4 is in OFFBOARD already, and whose health bit goes by `refusal`."""
+    stand = Stand("quadcopter", "px4")
+    autopilot = stand.vehicle.autopilot
+    autopilot.enter(Mode.GUIDED)
+    monkeypatch.setattr(autopilot.arming, "prearm_refusal", lambda: refusal(autopilot))
+    return stand
+
+
+def arming_asked(stand):
+    return [at for at, c in stand.commands() if c == mav.MAV_CMD_COMPONENT_ARM_DISARM]
+
+
+def test_one_that_was_left_in_offboard_is_armed_when_it_says_that_it_is_well(monkeypatch):
+    lacks = "no offboard signal"
+    stand = offboard_from_before(monkeypatch, lambda a: lacks if a.lacks_stream else None)
+    stand.run(5, until=lambda: stand.armed_at)
+    assert len(arming_asked(stand)) == 1
+    assert arming_asked(stand)[0] < 2.5
+    assert not [t for _, _, t in stand.station.status.texts if "denied" in t]
+
+
+def test_one_that_never_says_that_it_is_well_is_asked_all_the_same(monkeypatch):
+    stand = offboard_from_before(monkeypatch, lambda _: "Gyros inconsistent")
+    with pytest.raises(StationError, match="Gyros inconsistent"):
+        stand.run(PATIENCE_S + 10)
+    assert 3.0 <= arming_asked(stand)[0] < 4.0
+    assert len(arming_asked(stand)) >= 4
+
+
 def test_no_set_point_breaks_a_takeoff_off():
     stand = Stand()
     stand.run(15, until=lambda: stand.up_at)

@@ -22,6 +22,7 @@ class Held:
         self.mode = stack.modes("quadcopter").number(Mode.GUIDED)
         self.armed = True
         self.silent = self.obeys = False
+        self.quiet = False  # no heartbeat is due
         self.asked = []
         self.now = 0.0
 
@@ -29,7 +30,7 @@ class Held:
         results = []
         for _ in range(round(seconds * 10)):
             self.now += 0.1
-            if not self.silent:
+            if not (self.silent or self.quiet):
                 self.say(
                     mav.MAVLink_heartbeat_message(2, self.number, 128 * self.armed, self.mode, 4, 3)
                 )
@@ -60,6 +61,33 @@ def test_a_pilot_wins_at_once_and_what_the_vehicle_says_is_told():
         "q: left OFFBOARD for RTL at 3.1 s: the vehicle says 'Pilot took over using sticks'"
     )
     assert not held.asked
+
+
+def test_only_what_may_be_the_reason_is_told():
+    held = Held()
+    held.run(1)
+    held.say(mav.MAVLink_statustext_message(4, b"Wind is strong"))
+    held.say(mav.MAVLink_statustext_message(6, b"EKF3 IMU0 yaw alignment complete"))
+    held.run(1)
+    held.say(mav.MAVLink_statustext_message(6, b"RTL by switch"))
+    held.mode = AUTO_RTL
+    with pytest.raises(StationError) as caught:
+        held.run(1)
+    assert str(caught.value).endswith(
+        "for RTL at 2.1 s: the vehicle says 'Wind is strong', 'RTL by switch'"
+    )
+
+
+def test_what_it_says_while_nothing_has_changed_yet_for_its_heartbeat_comes_once_a_second():
+    held = Held()
+    held.run(1)
+    held.quiet = True
+    held.run(0.5)
+    held.say(mav.MAVLink_statustext_message(6, b"RTL by switch"))
+    held.run(0.3)
+    held.quiet, held.mode = False, AUTO_RTL
+    with pytest.raises(StationError, match="the vehicle says 'RTL by switch'"):
+        held.run(1)
 
 
 def test_a_vehicle_that_disarms_itself_is_lost():

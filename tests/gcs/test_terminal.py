@@ -202,11 +202,13 @@ def test_what_external_vehicles_make_a_user_wait_for_is_printed_at_once():
     for kind, text in (
         ("phase", "active"),
         ("preflight", "waits for position: no fix"),
+        ("link", "link silent"),
         ("rest", "is brought to hold, then land"),
     ):
         view.event({"t": 1.0, "vehicle": "quad1", "kind": kind, "text": text})
     assert out.file.getvalue().splitlines() == [
         "quad1: waits for position: no fix",
+        "quad1: link silent",
         "quad1: is brought to hold, then land",
     ]
 

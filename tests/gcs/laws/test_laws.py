@@ -157,9 +157,21 @@ def test_an_old_state_counts_as_where_the_robot_is_by_now(name, kind):
     me, nominal = at(0.0, kind=kind, system_id=1), Nominal((5.0, 0.0, 0.0))
     old = at(1.6, 0.3, kind=kind, velocity=(-0.5, 0.5, 0.2), age=0.4)
     now = at(1.4, 0.5, 0.08, kind=kind, velocity=(-0.5, 0.5, 0.2))
-    got, expected = (law(name, kind)(me, [p], nominal) for p in (old, now))
+    got = law(name, kind)(me, [old], nominal)
+    expected = law(name, kind)(me._replace(delay=0.4), [now], nominal)  # age is lag, too
     assert got.velocity == pytest.approx(expected.velocity)
     assert got.yaw_rate == pytest.approx(expected.yaw_rate)
+
+
+@both_kinds
+def test_commands_that_come_late_close_in_more_slowly(kind):
+    me, nominal = at(0.0, kind=kind, system_id=1), Nominal((5.0, 0.0, 0.0))
+    near = at(1.0 if kind == "quadcopter" else 1.4, kind=kind)
+    speeds = [
+        law("safe", kind)(me._replace(delay=delay), [near], nominal).velocity[0]
+        for delay in (-1.0, 0.0, 0.2, 0.5, 9.0)
+    ]
+    assert speeds[0] == speeds[1] > speeds[2] > speeds[3] > speeds[4] > 0.0
 
 
 @both_kinds

@@ -122,8 +122,18 @@ def test_a_pilot_who_changes_the_mode_wins(desk_of, wait):
     assert quad.mode == "LAND"
     fleet.sleep(1)
     assert quad.mode == "LAND"  # nobody has argued
-    with pytest.raises(Refused, match=r"is in LAND, not under command \(arm\(\) takes it back\)"):
+    with pytest.raises(TakenOver, match=r"is in LAND, not under command \(arm\(\) takes it back"):
         quad.goto(east=1, north=1)
+
+
+def test_a_pilot_who_stops_a_takeoff_wins(desk_of):
+    fleet, desk = desk_of("quad1")
+    quad = fleet["quad1"]
+    quad.arm()
+    desk.at[fleet.time + 2] = lambda: set_mode(desk, RTL)
+    with pytest.raises(TakenOver, match=r"left GUIDED for RTL at .*arm\(\) takes it back"):
+        quad.takeoff(up=5)
+    assert quad.mode == "RTL"
 
 
 def test_arm_takes_it_back(desk_of):
