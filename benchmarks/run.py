@@ -21,9 +21,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from mavherd.gcs.coordinator import Coordinator
-from mavherd.gcs.launcher import Run, RunOptions
-from mavherd.gcs.ports import PortPlan
+from mavherd.gcs.run.launcher import Run, RunOptions
+from mavherd.gcs.run.ports import PortPlan
+from mavherd.gcs.team.coordinator import Coordinator
 from mavherd.scenarios.loader import load_scenario
 from mavherd.scenarios.starts import draw_starts
 from mavherd.transport.links import UdpIn

@@ -7,9 +7,9 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from mavherd.gcs.launcher import Run, RunOptions
-from mavherd.gcs.ports import PortPlan
-from mavherd.gcs.truth import read_truth
+from mavherd.gcs.report.truth import read_truth
+from mavherd.gcs.run.launcher import Run, RunOptions
+from mavherd.gcs.run.ports import PortPlan
 from mavherd.scenarios.loader import load_scenario
 
 OUT = Path(__file__).parent / "pictures" / "laws.png"

@@ -17,8 +17,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from mavherd.gcs.launcher import Run, RunOptions
-from mavherd.gcs.ports import PortPlan
+from mavherd.gcs.run.launcher import Run, RunOptions
+from mavherd.gcs.run.ports import PortPlan
 from mavherd.scenarios.loader import load_scenario
 
 HERE = Path(__file__).parent

@@ -11,7 +11,9 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from ..transport.errors import MavherdError, os_reason
-from . import check_command, run_command, vehicle_command
+from .commands import check as check_command
+from .commands import run as run_command
+from .commands import vehicle as vehicle_command
 
 _EPILOG = """\
 first steps:

@@ -18,7 +18,7 @@ ONLY_IN = {
     "pymavlink": ("transport/mavlink.py",),
     "zenoh": ("transport/bus.py",),
     "serial": ("transport/serial_line.py",),
-    "rerun": ("gcs/recorder", "gcs/live_view"),
+    "rerun": ("gcs/recording/", "gcs/run/live_view"),
     "yaml": ("scenarios/", "gcs/"),
 }
 HEAVY = {"numpy", "scipy", "matplotlib", "pyarrow", "rerun", "rich"}
@@ -29,13 +29,13 @@ PHYSICS = (
 PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "functools"}
 SANS_IO = (
     *(f"transport/{name}" for name in ("mavlink", "extra_messages", "frames", "wire")),
-    *(f"gcs/{name}" for name in ("mission", "starter", "takeover", "coordinator", "member")),
-    *(f"gcs/{name}" for name in ("rest", "clearance", "preflight", "setpoints", "fence")),
+    *(f"gcs/team/{name}" for name in ("mission", "starter", "coordinator", "member")),
+    *(f"gcs/team/{name}" for name in ("setpoints", "fence")),
     *(f"vehicles/{name}" for name in ("vehicle", "routing", "attention")),
 )
 SANS_IO_FOLDERS = (
     *(f"vehicles/{name}" for name in ("flight", "missions", "parameters", "protocol")),
-    *("gcs/station", "gcs/laws"),
+    *("gcs/station", "gcs/laws", "gcs/safety"),
 )
 READS_FILES = ("vehicles/missions/files", "vehicles/parameters/files")
 MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mavherd.gcs.vehicle_command import add_options
+from mavherd.gcs.commands.vehicle import add_options
 
 ROOT = Path(__file__).parent.parent
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]

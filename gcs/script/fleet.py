@@ -11,10 +11,10 @@ from ...scenarios.errors import did_you_mean
 from ...scenarios.loader import load_scenario
 from ...scenarios.schema import Expect, Fence, Hold, Scenario
 from ...transport.frames import Origin
-from ..coordinator import check_laws
-from ..open_run import RunOptions
-from ..outcome import Outcome
-from ..permission import external, permit
+from ..report.outcome import Outcome
+from ..run.open_run import RunOptions
+from ..safety.permission import external, permit
+from ..team.coordinator import check_laws
 from .errors import FleetError, TimedOut
 from .group import Group
 from .stage import Stage

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from ...transport.frames import Origin, Triple
 from ...transport.wire import VehicleState
 from ...vehicles.flight.modes import Mode
-from ..mission import START_PATIENCE_S
-from ..starter import Starter
 from ..station import Question, Request, Station, StationError, plan
+from ..team.mission import START_PATIENCE_S
+from ..team.starter import Starter
 from .errors import TakenOver
 
 _TRIES = 5  # a PX4 thinks about a mission for a while before it would fly it

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ..mission import START_PATIENCE_S
+from ..team.mission import START_PATIENCE_S
 from .vehicle import Vehicle
 from .waiting import DEFAULT_S
 

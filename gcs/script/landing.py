@@ -5,7 +5,7 @@ from math import hypot
 
 from ...transport.wire import VehicleState
 from ...vehicles.flight.modes import Mode
-from ..braking import STANDING, Brake
+from ..safety.braking import STANDING, Brake
 from ..station import Request, Station, StationError
 from .errors import TakenOver
 

@@ -13,9 +13,9 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any, Protocol
 
 from ...transport.errors import MavherdError, os_reason
-from ..conductor import CoordinatorHandle, Died, FreeRun, Interrupted, Lockstep, Pacer
-from ..ground import Ground
-from ..open_run import OpenRun
+from ..run.conductor import CoordinatorHandle, Died, FreeRun, Interrupted, Lockstep, Pacer
+from ..run.open_run import OpenRun
+from ..team.ground import Ground
 from .errors import FleetError
 
 _STEP_S = 0.2  # how long a free-running script waits at most before it looks about

@@ -3,8 +3,8 @@
 from ...transport.wire import VehicleState
 from ...vehicles.flight.modes import Mode
 from ..laws import HOLD
+from ..safety.takeover import Taken, loss
 from ..station import Request, Station, StationError
-from ..takeover import Taken, loss
 
 _TRIES = 5
 _RETRY_S = 1.0

@@ -11,10 +11,10 @@ from ...transport.frames import Triple, swap_ned_enu
 from ...transport.wire import Phase, VehicleState
 from ...vehicles.flight.modes import Mode
 from ..laws import HOLD, Command, Nominal
-from ..mission import ARRIVED, Tell
-from ..starter import Starter
+from ..safety.takeover import Grip, Taken
 from ..station import Station, StationError
-from ..takeover import Grip, Taken
+from ..team.mission import ARRIVED, Tell
+from ..team.starter import Starter
 from .errors import FleetError, Refused, TakenOver
 from .flight import Flight
 from .landing import Landing

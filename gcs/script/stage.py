@@ -9,12 +9,12 @@ from ...scenarios.schema import Scenario
 from ...transport.bus import Bus
 from ...transport.errors import MavherdError
 from ...transport.switchboard import Switchboard
-from ..conductor import FreeRun, Interrupted, Lockstep
-from ..coordinator import Member
-from ..ground import Ground
-from ..open_run import OpenRun, RunOptions, Unseen
-from ..outcome import FAILED, INTERRUPTED, PASSED, Outcome
-from ..rest import ComeToRest
+from ..report.outcome import FAILED, INTERRUPTED, PASSED, Outcome
+from ..run.conductor import FreeRun, Interrupted, Lockstep
+from ..run.open_run import OpenRun, RunOptions, Unseen
+from ..safety.rest import ComeToRest
+from ..team.coordinator import Member
+from ..team.ground import Ground
 from .errors import FleetError, LinkLost
 from .pace import FreePace, LockstepPace, Pace
 from .scripted import Scripted

@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...transport.frames import quaternion_to_enu, swap_ned_enu, yaw_of
-from ..coordinator import Member
-from ..mission import START_PATIENCE_S
 from ..station import Station
 from ..station.question import Question
+from ..team.coordinator import Member
+from ..team.mission import START_PATIENCE_S
 from .errors import FleetError, Refused
 from .orders import Arm, Fly, Follow, Goto, Hold, Land, Move, Order, TakeOff
 from .parameters import ParamValues

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from mavherd.gcs import Fleet
+from mavherd.gcs.report.truth import read_truth
 from mavherd.gcs.script import FleetError, LinkLost, TakenOver
-from mavherd.gcs.truth import read_truth
 from mavherd.transport.errors import LinkError, MavherdError
 
 GUID_TIMEOUT_S = 3.0  # of vehicles by hand

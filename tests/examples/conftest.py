@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import pytest
 
-from mavherd.gcs.truth import read_truth
+from mavherd.gcs.report.truth import read_truth
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.transport.tlog import read_tlog
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mavherd.gcs.truth import Track, read_truth
+from mavherd.gcs.report.truth import Track, read_truth
 from mavherd.vehicles.truth import POSE_COLUMNS
 
 ACTUATORS = {

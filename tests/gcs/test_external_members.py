@@ -6,13 +6,13 @@ from math import dist, hypot
 
 import pytest
 
-import mavherd.gcs.rest
-from mavherd.gcs.aside import COPTER_ROOM, ROVER_ROOM
-from mavherd.gcs.clearance import COMPLAINT_S
-from mavherd.gcs.coordinator import LOST_S, Coordinator
+import mavherd.gcs.safety.rest
+from mavherd.gcs.safety.aside import COPTER_ROOM, ROVER_ROOM
+from mavherd.gcs.safety.clearance import COMPLAINT_S
 from mavherd.gcs.script.orders import Arm, Land, Move
 from mavherd.gcs.script.scripted import Scripted
 from mavherd.gcs.station import StationError
+from mavherd.gcs.team.coordinator import LOST_S, Coordinator
 from mavherd.scenarios.loader import load_scenario
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.transport.wire import Phase
@@ -356,7 +356,7 @@ def test_a_run_that_is_broken_off_holds_first_and_then_ends_as_configured(
 
 @pytest.mark.parametrize("stack", ["ardupilot", "px4"])
 def test_a_copter_that_does_not_get_clear_of_who_is_below_lands_after_a_while(stack, monkeypatch):
-    monkeypatch.setattr(mavherd.gcs.rest, "place_aside", lambda *_: None)
+    monkeypatch.setattr(mavherd.gcs.safety.rest, "place_aside", lambda *_: None)
     field = Field(external(load_scenario("crossing-targets"), stack))
     field.until_phase(Phase.ACTIVE)
     field.run(3)  # now a rover is right below

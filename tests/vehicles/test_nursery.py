@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mavherd.gcs.children import Nursery, how_it_ended
+from mavherd.gcs.run.children import Nursery, how_it_ended
 from mavherd.transport.errors import VehicleError
 from mavherd.transport.links import listen_tcp, socket_pair_udp
 from mavherd.transport.mavlink import Codec, mav

@@ -6,10 +6,10 @@ from math import pi
 
 import pytest
 
-from mavherd.gcs.coordinator import Coordinator
 from mavherd.gcs.script.fleet import Fleet
 from mavherd.gcs.script.scripted import Scripted
 from mavherd.gcs.script.values import Event
+from mavherd.gcs.team.coordinator import Coordinator
 from mavherd.scenarios.schema import Fence, Point, RobotSpec, Scenario, Team
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig

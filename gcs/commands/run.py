@@ -1,0 +1,131 @@
+"""`mavherd run`: a scenario from start to report."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+from ...transport.errors import MavherdError
+from ...vehicles.config import AUTOPILOTS
+from .vehicle import port
+
+EPILOG = """\
+examples:
+  mavherd run crossing-targets                         as fast as the machine allows
+  mavherd run crossing-targets --seed 7 --set team.law=paper
+  mavherd run crossing-targets --autopilot px4         our own vehicles speak PX4
+  mavherd run my.yaml --speed 1                        lockstep, paced to real time
+  mavherd run circle-traffic --set disturbance=held --json > report.json
+  mavherd run tracking --set robots.quad1.params.mass=1.4
+  mavherd run one-quad --set robots.quad1.connect=tcp:127.0.0.1:5760   fly a SITL instead
+
+A ground station can watch on UDP 14550 at any time; other ports are printed at the start.
+`mavherd check` tells first whether external vehicles (`connect`) are ready; see docs/external.md.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `mavherd run`."""
+    add_scenario_arguments(parser)
+    parser.add_argument(
+        "--autopilot",
+        choices=AUTOPILOTS,
+        help="the flight stack of our own vehicles (team.autopilot; ardupilot)",
+    )
+    clock = parser.add_mutually_exclusive_group()
+    clock.add_argument(
+        "--lockstep",
+        action="store_true",
+        help="conduct every process tick by tick (default, unless vehicles are external)",
+    )
+    clock.add_argument(
+        "--free-run", action="store_true", help="every process follows the wall clock instead"
+    )
+    parser.add_argument(
+        "--speed", metavar="S", help="times real time, or max (default) for as fast as it goes"
+    )
+    parser.add_argument(
+        "--confirm",
+        action="store_true",
+        help="fly vehicles that are not on this machine's loopback; needs a fence",
+    )
+    parser.add_argument("--json", action="store_true", help="print report.json, alone, to stdout")
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs"), metavar="DIR", help="for run folders (runs)"
+    )
+    parser.add_argument(
+        "--no-record", dest="record", action="store_false", help="leave out the Rerun recording"
+    )
+    ports = parser.add_argument_group("ports (0 opens none)")
+    ports.add_argument("--gcs-udp", type=port, metavar="PORT", help="all vehicles send to (14550)")
+    ports.add_argument(
+        "--api-udp", type=port, metavar="PORT", help="vehicle i sends to PORT + i (14540)"
+    )
+    ports.add_argument(
+        "--tcp", type=port, metavar="PORT", help="vehicle i serves PORT + 10 i (5760 or next free)"
+    )
+
+
+def add_scenario_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what names a scenario and changes it."""
+    parser.add_argument("scenario", help="a YAML file, or the name of a shipped scenario")
+    parser.add_argument("--seed", type=int, help="draws start offsets and disturbance")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change one key, such as team.law=paper (may be repeated)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the scenario and return the exit code."""
+    from ...scenarios.loader import load_scenario
+    from ..run.launcher import Run, RunOptions
+    from ..run.ports import PortPlan
+    from ..run.terminal import RunView, print_outcome
+    from ..safety.permission import external, permit
+
+    stack = [f"team.autopilot={args.autopilot}"] if args.autopilot else []
+    scenario = load_scenario(args.scenario, [*stack, *args.set], args.seed)
+    permit(external(scenario), scenario.fence, None if args.confirm else "--confirm")
+    others = ", ".join(external(scenario))
+    if others and args.lockstep:
+        raise MavherdError(
+            f"--lockstep: {others} cannot be conducted, for external vehicles follow a clock of"
+            " their own (leave it out: the team runs free)"
+        )
+    lockstep = not (others or args.free_run)
+    options = RunOptions(
+        lockstep=lockstep,
+        speed=_speed(args.speed, lockstep),
+        record=args.record,
+        out=args.out,
+        ports=PortPlan(gcs_udp=args.gcs_udp, api_udp=args.api_udp, tcp=args.tcp),
+    )
+    if others and not args.free_run:
+        print(f"note: the team runs free, on the wall clock; external: {others}", file=sys.stderr)
+    with RunView(scenario) as view:
+        outcome = Run(scenario, options, view).execute()
+    print_outcome(outcome)
+    if error := outcome.report["error"]:
+        print(f"mavherd: {error}", file=sys.stderr)
+    if args.json:
+        print((outcome.folder / "report.json").read_text(encoding="utf-8"), end="")
+    return outcome.exit_code
+
+
+def _speed(text: str | None, lockstep: bool) -> float | None:
+    """Return the factor asked for, None for "max"."""
+    if text in (None, "max"):
+        return None if lockstep else 1.0
+    try:
+        speed = float(text or "")
+    except ValueError:
+        speed = math.nan
+    if not 0.01 <= speed <= 1000:
+        raise MavherdError(f"--speed {text}: expected a factor of 0.01..1000, or max")
+    if not lockstep and speed != 1:
+        raise MavherdError("--speed: free-running follows the wall clock (leave it out)")
+    return speed

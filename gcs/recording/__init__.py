@@ -1,0 +1,1 @@
+"""The Rerun recording, written by a process of its own."""

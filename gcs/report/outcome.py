@@ -1,0 +1,108 @@
+"""From a run that has ended to its report: read the truth, judge it, write everything down."""
+
+import platform
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ... import __version__
+from ...scenarios.schema import RobotSpec, Scenario
+from ...transport.tlog import digest
+from .judge import judge
+from .report import RunFacts, build_report, write_report
+from .truth import Track, TruthError, read_truth
+
+PASSED, FAILED, TIMED_OUT, INTERRUPTED = 0, 1, 4, 130
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ending:
+    """How a run has ended, as far as the launcher knows; the judge has the last word."""
+
+    exit_code: int = PASSED
+    error: str | None = None
+    now: float = 0.0  # s of fleet time
+    wall_s: float = 0.0
+    ready_at: float | None = None  # s, when all were ready
+    ticks: int = 0
+    late_ticks: int = 0
+    outside_clients: int = 0
+    partial: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a run."""
+
+    exit_code: int
+    folder: Path
+    report: dict[str, Any]
+    notes: list[str]  # for the user: what is missing and what to install
+
+
+def conclude(
+    folder: Path,
+    scenario: Scenario,
+    starts: tuple[RobotSpec, ...],
+    ending: Ending,
+    *,
+    lockstep: bool,
+    speed: float | None,
+    figures: bool,
+    record: bool,
+    ports: dict[str, Any],
+) -> Outcome:
+    """Judge the run in `folder` and write its report. Raises OSError when that cannot be."""
+    tracks = _tracks(folder, starts)
+    tlogs = [
+        folder / "vehicles" / spec.name / f"{spec.name}.tlog"
+        for spec in sorted(starts, key=lambda spec: spec.system_id)
+    ]
+    whole = all(log.exists() for log in tlogs)
+    finished = all((log.parent / "truth.bin").exists() for log in tlogs)
+    verdict = judge(scenario, starts, tracks, ending.ready_at, ending.now)
+    exit_code = ending.exit_code
+    if exit_code == PASSED and not verdict.passed:
+        exit_code = FAILED
+    facts = RunFacts(
+        run_id=folder.name,
+        seed=scenario.seed,
+        law=scenario.team.law,
+        lockstep=lockstep,
+        speed=speed or (None if lockstep else 1.0),
+        duration_s=ending.now,
+        wall_s=ending.wall_s,
+        real_time_factor=ending.now / ending.wall_s if ending.wall_s else 0.0,
+        digest=digest(tlogs) if lockstep and whole and ending.ticks else None,
+        outside_clients=ending.outside_clients,
+        partial=ending.partial or not whole or not finished,
+        ticks=ending.ticks,
+        late_ticks=ending.late_ticks,
+        error=ending.error,
+        exit_code=exit_code,
+        version=__version__,
+        python=platform.python_version(),
+        platform=platform.platform(),
+        ports=ports,
+    )
+    report = build_report(scenario, verdict, facts)
+    notes = write_report(folder, report, scenario, starts, tracks, verdict, figures=figures)
+    if record and find_spec("rerun") is None:
+        notes.append("rerun-sdk is missing, so no recording (pip install 'mavherd[view]')")
+    return Outcome(exit_code, folder, report, notes)
+
+
+def _tracks(folder: Path, starts: tuple[RobotSpec, ...]) -> list[Track]:
+    """Return the truth of every vehicle that wrote any, of one that was killed too."""
+    tracks = []
+    for spec in starts:
+        path = folder / "vehicles" / spec.name / "truth.bin"
+        if not path.exists():
+            path = path.with_name("truth.bin.part")
+        if path.exists():
+            with suppress(TruthError):  # killed before it wrote its header
+                track = read_truth(path)
+                tracks += [track] if len(track) else []
+    return tracks

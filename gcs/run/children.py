@@ -1,0 +1,169 @@
+"""The processes of a run: started, watched and ended by pid and process group, never by name."""
+
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ...transport.channel import Channel, ChannelClosed
+from ...transport.errors import VehicleError
+from .conductor import Interrupted
+
+READY_S = 20.0  # for a process to come up on a slow machine
+_END_S = 2.0  # for a process to end by itself before it is killed
+_HURRY_S = 0.7  # the same, after an interrupt
+_SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
+
+
+class Child:
+    """One process in a session of its own, so that Ctrl-C in the terminal reaches only us."""
+
+    def __init__(
+        self, module: str, args: Sequence[str], *, log: Path, fds: Sequence[int] = (), **pipes: Any
+    ) -> None:
+        with log.open("ab") as errors:
+            # -P: a file in the user's folder must not shadow a module of ours
+            self.process = subprocess.Popen(  # noqa: S603
+                [sys.executable, "-P", "-m", module, *args],
+                pass_fds=fds,
+                start_new_session=True,
+                stderr=errors,
+                **{"stdin": subprocess.DEVNULL, "stdout": errors, **pipes},
+            )
+
+    def wait(self, timeout: float) -> int | None:
+        """Return the exit code, None when the process has not ended within `timeout` seconds."""
+        with suppress(subprocess.TimeoutExpired):
+            return self.process.wait(timeout)
+        return None
+
+    def end(self, timeout: float = _END_S) -> int:
+        """Wait for the process to end by itself, then kill its group; return the exit code."""
+        code = self.wait(timeout)
+        if code is None:
+            self.kill()
+            code = self.process.wait()
+        return code
+
+    def terminate(self) -> None:
+        """Ask the process to end at once."""
+        with suppress(ProcessLookupError):
+            self.process.terminate()
+
+    def kill(self) -> None:
+        """Kill the process and everything it has started."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+
+
+class Nursery:
+    """Our end of the process that forks the vehicles."""
+
+    def __init__(self, log: Path) -> None:
+        ours, theirs = socket.socketpair()
+        self._channel = Channel(ours)
+        self._exits: dict[int, int] = {}
+        with theirs:
+            fd = theirs.fileno()
+            self._child = Child("mavherd.vehicles.nursery", [str(fd)], log=log, fds=[fd])
+
+    def spawn(
+        self,
+        request: dict[str, Any],
+        sockets: Sequence[socket.socket],
+        interrupted: Callable[[], bool],
+    ) -> int:
+        """Start one vehicle with these sockets and return its pid; `interrupted` is asked often."""
+        data = json.dumps(request).encode()
+        deadline = time.monotonic() + READY_S
+        try:
+            socket.send_fds(self._channel.socket, [data], [s.fileno() for s in sockets])
+            while (pid := self._next(_SLICE_S)) is None:
+                if interrupted():
+                    raise Interrupted
+                if time.monotonic() > deadline:
+                    raise VehicleError(f"a vehicle did not start within {READY_S:.0f} s")
+        except (OSError, ChannelClosed):
+            raise VehicleError("the process that starts the vehicles has died") from None
+        return pid
+
+    def _next(self, timeout: float) -> int | None:
+        """Take in what comes within `timeout` seconds; return the pid when it tells of a start."""
+        message = self._channel.receive(timeout)
+        if message is None:
+            return None
+        if "pid" in message:
+            return int(message["pid"])
+        self._exits[message["exited"]] = message["code"]
+        return None
+
+    def exit_code(self, pid: int, timeout: float = 1.0) -> int | None:
+        """Return how the vehicle `pid` ended, None when that is not known in time."""
+        deadline = time.monotonic() + timeout
+        with suppress(ChannelClosed):
+            while pid not in self._exits and (left := deadline - time.monotonic()) > 0:
+                self._next(left)
+        return self._exits.get(pid)
+
+    def close(self) -> None:
+        """End the nursery and every vehicle in it."""
+        self._channel.close()
+        self._child.end()
+        self._child.kill()  # whatever it may have left in its group
+
+
+class Recorder:
+    """Our end of the recorder process. Nothing depends on it but the recording."""
+
+    def __init__(self, folder: Path, endpoint: str, run_id: str) -> None:
+        self._child = Child(
+            "mavherd.gcs.recording.recorder",
+            [str(folder), endpoint, run_id],
+            log=folder / "recorder.txt",
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+
+    @property
+    def ended(self) -> bool:
+        """Whether the process is gone."""
+        return self._child.wait(0) is not None
+
+    def wait_ready(self, timeout: float) -> bool:
+        """Return whether it has come up within `timeout` seconds."""
+        stdout = self._child.process.stdout
+        assert stdout is not None  # noqa: S101 - a pipe was asked for
+        ready, _, _ = select.select([stdout], [], [], timeout)
+        return bool(ready and stdout.readline().strip() == b"ready")
+
+    def close(self, timeout: float, interrupted: Callable[[], bool]) -> bool:
+        """Have it finish the recording; return whether it did. An interrupt leaves it a second."""
+        if self._child.process.stdin:
+            with suppress(OSError):
+                self._child.process.stdin.close()
+        deadline = time.monotonic() + timeout
+        while self._child.wait(_SLICE_S) is None and time.monotonic() < deadline:
+            if interrupted():
+                break
+        code = self._child.end(_HURRY_S if interrupted() else 0.0)
+        if self._child.process.stdout:
+            self._child.process.stdout.close()
+        return code == 0
+
+
+def how_it_ended(code: int | None) -> str:
+    """Return an exit code in words."""
+    if code is None:
+        return "ended"
+    if code < 0:
+        with suppress(ValueError):
+            return f"was killed by {signal.Signals(-code).name}"
+    return f"ended with exit code {code}"

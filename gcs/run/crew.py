@@ -1,0 +1,266 @@
+"""The crew of a run: every process that it starts, watches and ends, and the ports they use."""
+
+import json
+import socket
+import time
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from importlib.util import find_spec
+from math import pi
+from pathlib import Path
+from typing import Any
+
+from ...scenarios.schema import RobotSpec, Scenario
+from ...transport.channel import Channel, ChannelClosed
+from ...transport.errors import LinkError, VehicleError
+from ...transport.links import patience, socket_pair_udp
+from ...vehicles.config import VehicleConfig
+from ...vehicles.process import DONE, LIVENESS_S
+from ..station import STACKS
+from .children import READY_S, Child, Nursery, Recorder, how_it_ended
+from .conductor import CoordinatorHandle, Died, Interrupted, VehicleHandle
+from .parting import END_S, Note, half_close, left, part
+from .ports import LOOPBACK, PortPlan
+
+_RECORDER_END_S = 20.0
+
+
+class Crew:
+    """Vehicles, coordinators and recorder of one run.
+
+    `starts` are the robots where the seed has put them. `interrupted` is asked during every wait.
+    Ports are taken at once: raises LinkError when one that was set by hand cannot be had.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        starts: tuple[RobotSpec, ...],
+        ports: PortPlan,
+        interrupted: Callable[[], bool],
+    ) -> None:
+        self.vehicles: list[VehicleHandle] = []
+        self.coordinators: list[CoordinatorHandle] = []
+        self.ends: dict[str, socket.socket] = {}  # our end of the sockets of those in `ours`
+        self.ports: dict[str, Any] = {}
+        self.partial = False  # the recorder did not come up or did not finish
+        self._scenario = scenario
+        self._starts = starts
+        self._interrupted = interrupted
+        self._plan = ports
+        self._served: dict[str, socket.socket | None] = {}
+        self._nursery: Nursery | None = None
+        self._recorder: Recorder | None = None
+        self._children: list[Child] = []  # one for each coordinator
+        try:
+            for spec in starts:
+                if spec.external:  # somebody else has started it
+                    continue
+                self._served[spec.name] = ports.listen(spec.system_id - 1)
+        except LinkError:
+            self.release()
+            raise
+
+    def start(
+        self,
+        folder: Path,
+        endpoint: str,
+        *,
+        lockstep: bool,
+        started: float,
+        record: bool,
+        ours: Collection[str] = (),
+    ) -> None:
+        """Start everybody and wait until they are ready.
+
+        `endpoint` is Zenoh's; free-running, fleet time is 0 at `started` on the monotonic clock.
+        Vehicles in `ours` get no coordinator: the caller is theirs, and finds its ends in `ends`.
+        """
+        self._folder = folder
+        if record and find_spec("rerun") is not None:
+            self._recorder = Recorder(folder, endpoint, folder.name)
+        self._nursery = Nursery(folder / "launcher.txt")
+        common = {"lockstep": lockstep, "started": started}
+        ends = self._start_vehicles(self._nursery, common)
+        self.ports["zenoh"] = endpoint
+        text = json.dumps(self.ports, indent=1)
+        (folder / "ports.json").write_text(text + "\n", encoding="utf-8")
+        self.ends = {name: ends.pop(name) for name in ours if name in ends}
+        names = [spec.name for spec in self._starts if spec.name not in ours]
+        self._start_coordinators(names, ends, {"endpoint": endpoint, **common})
+        self._wait_ready()
+
+    def _start_vehicles(self, nursery: Nursery, common: dict[str, Any]) -> dict[str, socket.socket]:
+        """Start every vehicle of our own; return the coordinator's end of each one's socket."""
+        ends = {}
+        for spec in self._starts:
+            if spec.connect is not None:
+                self.ports[spec.name] = {
+                    "system_id": spec.system_id,
+                    "connect": spec.connect,
+                    "udp": [],
+                    "tcp": None,
+                }
+                continue
+            ours, theirs = socket_pair_udp()
+            control, its_control = socket.socketpair()
+            tcp = self._served[spec.name]
+            udp = self._plan.udp_targets(spec.system_id - 1)
+            self.ports[spec.name] = {
+                "system_id": spec.system_id,
+                "udp": [f"{host}:{port}" for host, port in udp],
+                "tcp": f"{LOOPBACK}:{tcp.getsockname()[1]}" if tcp else None,
+            }
+            request = {
+                "config": self._config(spec).to_json(),
+                "folder": str((self._folder / "vehicles" / spec.name).absolute()),
+                "udpout": udp,
+                **common,
+            }
+            passed = [theirs, its_control, *([tcp] if tcp else [])]
+            pid = nursery.spawn(request, passed, self._interrupted)
+            for sock in passed:
+                sock.close()
+            self.vehicles.append(VehicleHandle(spec.name, pid, control))
+            ends[spec.name] = ours
+        return ends
+
+    def _config(self, spec: RobotSpec) -> VehicleConfig:
+        team, stack = self._scenario.team, STACKS[spec.autopilot]
+        return VehicleConfig(
+            kind=spec.kind,
+            system_id=spec.system_id,
+            name=spec.name,
+            origin=self._scenario.origin,
+            north=spec.start.north,
+            east=spec.start.east,
+            down=-(spec.start.up or 0.0),
+            yaw=pi / 2 - spec.heading,
+            autopilot=spec.autopilot,
+            profile=spec.profile,
+            params={stack.loss_parameter: team.setpoint_timeout_s, **spec.params},
+            disturbance=spec.disturbance or self._scenario.disturbance,
+            seed=self._scenario.seed,
+            latch_position=False,
+        )
+
+    def _start_coordinators(
+        self, names: list[str], ends: dict[str, socket.socket], common: dict[str, Any]
+    ) -> None:
+        together = self._scenario.team.coordinators == "central"
+        by_name = {vehicle.name: vehicle for vehicle in self.vehicles}
+        groups = [names] if together else [[name] for name in names]
+        for own in filter(None, groups):
+            ours, theirs = socket.socketpair()
+            fds = {name: ends[name].fileno() if name in ends else None for name in own}
+            self._children.append(
+                Child(
+                    "mavherd.gcs.team.coordinator_process",
+                    [str(theirs.fileno())],
+                    log=self._folder / "launcher.txt",
+                    fds=[theirs.fileno(), *(fd for fd in fds.values() if fd is not None)],
+                )
+            )
+            theirs.close()
+            name = "the coordinator" if together else f"the coordinator of {own[0]}"
+            vehicles = [by_name[n] for n in own if n in by_name]
+            external = tuple(name for name in own if name not in by_name)
+            handle = CoordinatorHandle(
+                name, Channel(ours), vehicles, external=external, prepared=not external
+            )
+            job = {
+                "folder": str(self._folder.absolute()),
+                "run_id": self._folder.name,
+                "own": fds,
+                **common,
+            }
+            with suppress(ChannelClosed):  # it is dead already: noticed when it is not ready
+                handle.channel.send(job)
+            self.coordinators.append(handle)
+        for sock in ends.values():
+            sock.close()
+
+    def _wait_ready(self) -> None:
+        allowed = READY_S + 0.5 * len(self.coordinators)
+        deadline = time.monotonic() + allowed
+        for coordinator in self.coordinators:
+            answer = None
+            while answer is None:
+                if self._interrupted():
+                    raise Interrupted
+                if time.monotonic() > deadline:
+                    raise VehicleError(f"{coordinator.name} did not start in {allowed:.0f} s")
+                try:
+                    answer = coordinator.channel.receive(0.1)
+                except ChannelClosed:
+                    raise VehicleError(
+                        f"{coordinator.name} could not start; see {self._folder}/launcher.txt"
+                    ) from None
+            if error := answer.get("error"):
+                raise VehicleError(error)
+        recorder = self._recorder
+        while recorder and not recorder.wait_ready(0.1):
+            if self._interrupted():
+                raise Interrupted
+            if recorder.ended or time.monotonic() > deadline:
+                self.partial = True
+                return
+
+    def stop(
+        self,
+        *,
+        hurry: bool,
+        note: Note = lambda _: None,
+        insists: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """End every process, coordinators first; nothing is left afterwards.
+
+        Only a frozen process makes us wait, in a `hurry` not for long. Coordinators of external
+        vehicles bring those to rest first, which takes as long as a landing, and say so in events
+        for `note`; they are cut short when the user `insists`.
+        """
+        for coordinator in self.coordinators:
+            half_close(coordinator.channel.socket)
+        deadline = time.monotonic() + (END_S if hurry else LIVENESS_S)
+        for coordinator, child in zip(self.coordinators, self._children, strict=False):
+            deadline = part(coordinator, child, deadline, note, insists)
+        for child in self._children:
+            child.end(left(deadline))
+        for vehicle in self.vehicles:
+            half_close(vehicle.control)
+        deadline = time.monotonic() + (END_S / 4 if hurry else LIVENESS_S)
+        for vehicle in self.vehicles:
+            patience(vehicle.control, left(deadline))
+            try:
+                while len(data := vehicle.control.recv(4096)) >= DONE.size:
+                    _, vehicle.ticks, vehicle.outside_clients, vehicle.late = DONE.unpack(
+                        data[-DONE.size :]
+                    )
+            except OSError:
+                pass
+            vehicle.control.close()
+        if self._nursery:
+            self._nursery.close()
+        if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted):
+            self.partial = True
+
+    def release(self) -> None:
+        """Give back the ports that were taken for vehicles which never started."""
+        for served in self._served.values():
+            if served:
+                served.close()
+
+    def obituary(self, died: Died) -> str:
+        """Return how a process has ended, and where it may have said why."""
+        if died.pid is None:
+            at = [c.name for c in self.coordinators].index(died.name)
+            who, code = died.name, self._children[at].wait(1.0)
+            log = self._folder / "launcher.txt"
+        else:
+            who, code = f"{died.name} (pid {died.pid})", self._exit_code(died.pid)
+            log = self._folder / "vehicles" / died.name / "log.txt"
+        hint = f"; see {log}" if log.exists() and log.stat().st_size else ""
+        return f"{who} {how_it_ended(code)} at {died.now:.2f} s{hint}"
+
+    def _exit_code(self, pid: int) -> int | None:
+        return self._nursery.exit_code(pid) if self._nursery else None

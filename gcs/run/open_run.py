@@ -1,0 +1,218 @@
+"""What is up while a run goes on: its folder, its bus, its crew, its clock and its event log."""
+
+import json
+import secrets
+import time
+from collections.abc import Callable, Collection
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from ...scenarios.dump import scenario_to_yaml
+from ...scenarios.schema import Scenario
+from ...scenarios.starts import draw_starts
+from ...transport.bus import Bus, Publisher
+from ...transport.errors import LinkError, VehicleError
+from ...transport.wire import Phase, VehicleState
+from ..recording.recorder import write_robots
+from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
+from ..safety.abandoned import complaint, fate, may_be_armed
+from .conductor import Clock, FreeRun, Lockstep
+from .crew import Crew
+from .ports import LOOPBACK, PortPlan, free_tcp_port
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """How to run a scenario, apart from what it says itself."""
+
+    lockstep: bool = True
+    speed: float | None = None  # times real time; None: as fast as it goes (lockstep)
+    record: bool = True
+    figures: bool = True
+    out: Path = Path("runs")
+    ports: PortPlan = PortPlan()
+
+
+class View(Protocol):
+    """Shows a run while it goes on."""
+
+    def started(self, folder: Path, ports: dict[str, Any]) -> None:
+        """Everything is up; the run begins."""
+        ...
+
+    def update(self, now: float, states: list[VehicleState], factor: float) -> None:
+        """Show the team at fleet time `now`, running `factor` times as fast as real time."""
+        ...
+
+    def event(self, event: dict[str, Any]) -> None:
+        """Show one event."""
+        ...
+
+
+class Unseen:
+    """A view that shows nothing."""
+
+    def started(self, folder: Path, ports: dict[str, Any]) -> None:
+        """Show nothing."""
+
+    def update(self, now: float, states: list[VehicleState], factor: float) -> None:
+        """Show nothing."""
+
+    def event(self, event: dict[str, Any]) -> None:
+        """Show nothing."""
+
+
+class OpenRun:
+    """Everything around the robots of one run, opened once and closed once.
+
+    Vehicles in `ours` are steered by the caller: no coordinator process is started for them.
+    `interrupted` is asked during every wait. Raises MavherdError when a port cannot be had.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        options: RunOptions,
+        view: View,
+        interrupted: Callable[[], bool],
+        *,
+        ours: Collection[str] = (),
+    ) -> None:
+        self.scenario = scenario
+        self.options = options
+        self.starts = draw_starts(scenario)
+        stamp = time.strftime("%Y%m%d-%H%M%S")
+        self.folder = options.out / f"{scenario.name}-{stamp}-{secrets.token_hex(2)}"
+        self.crew = Crew(scenario, self.starts, options.ports, interrupted)
+        self.clock: Clock | None = None
+        self.started = 0.0  # free-running, fleet time is 0 then, on the monotonic clock
+        self.ready_at: float | None = None  # when the last robot began its path
+        self.wall_s = 0.0
+        self._view = view
+        self._interrupted = interrupted
+        self._ours = ours
+        self.abandoned = ""  # the complaint about external vehicles that nobody steers any more
+        self._active: set[str] = set()  # vehicles that have begun their path
+        self._phases: dict[str, str] = {}  # the last that was told of each
+        self._events: Publisher | None = None
+        self._stack = ExitStack()
+        self._stack.callback(self.crew.release)
+
+    def start(self) -> Clock:
+        """Start everybody and return the clock; call `stop` whatever happens."""
+        self._make_folder()
+        log = self.folder / "events.jsonl"
+        self._log = self._stack.enter_context(log.open("w", buffering=1))
+        self.bus, self.endpoint = self._open_bus()
+        self._stack.enter_context(self.bus)
+        self._events = self.bus.publisher("events")
+        # Free-running, all begin at one moment that nobody has reached yet.
+        self.started = time.monotonic() + 0.1 + 0.005 * len(self.starts)
+        lockstep, crew = self.options.lockstep, self.crew
+        crew.start(
+            self.folder,
+            self.endpoint,
+            lockstep=lockstep,
+            started=self.started,
+            record=self.options.record,
+            ours=self._ours,
+        )
+        kind = Lockstep if lockstep else FreeRun
+        self.clock = kind(crew.vehicles, crew.coordinators, self._interrupted, self.note)
+        self._view.started(self.folder, crew.ports)
+        return self.clock
+
+    def note(self, event: dict[str, Any]) -> None:
+        """Write, publish and show one event."""
+        line = json.dumps(event)
+        self._log.write(line + "\n")
+        if self._events:
+            self._events.put(line.encode())
+        if event["kind"] == "phase":
+            self._phases[event["vehicle"]] = event["text"]
+        if event["kind"] == "phase" and event["text"] == Phase.ACTIVE.name.lower():
+            self._active.add(event["vehicle"])
+            if self.ready_at is None and len(self._active) == len(self.starts):
+                self.ready_at = event["t"]
+        self._view.event(event)
+
+    def stop(self, *, hurry: bool, insists: Callable[[], bool] = lambda: False) -> None:
+        """End every process, then leave the bus and give back the ports.
+
+        External vehicles are brought to rest first, unless the user `insists`; `abandoned` tells
+        of those whose coordinator was not there any more to do it.
+        """
+        with self._stack:
+            self.crew.stop(hurry=hurry, note=self.note, insists=insists)
+            self._note_abandoned()
+
+    def _note_abandoned(self) -> None:
+        silent = [c for c in self.crew.coordinators if not c.parted]
+        names = {n for c in silent for n in c.external if may_be_armed(self._phases.get(n))}
+        specs = [spec for spec in self.starts if spec.name in names]
+        now = self.clock.now if self.clock else 0.0
+        for spec in specs:
+            self.note({"t": now, "vehicle": spec.name, "kind": "problem", "text": fate(spec)})
+        self.abandoned = complaint(specs)
+
+    def conclude(self, exit_code: int, error: str | None) -> Outcome:
+        """Judge what has been stopped and write the report. Raises OSError when that cannot be."""
+        if self.abandoned and self.abandoned not in (error or ""):
+            error = f"{error}; {self.abandoned}" if error else self.abandoned
+            exit_code = exit_code or VehicleError.exit_code
+        crew, clock, options = self.crew, self.clock, self.options
+        ticks, late = (clock.ticks, clock.late) if clock else (0, 0)
+        if not options.lockstep:  # everybody has paced itself
+            both = crew.coordinators, crew.vehicles
+            ticks += sum(process.ticks for group in both for process in group)
+            late += sum(process.late for group in both for process in group)
+        ending = Ending(
+            exit_code=exit_code,
+            error=error,
+            now=clock.now if clock else 0.0,
+            wall_s=self.wall_s,
+            ready_at=self.ready_at,
+            ticks=ticks,
+            late_ticks=late,
+            outside_clients=sum(v.outside_clients for v in crew.vehicles),
+            partial=crew.partial,
+        )
+        return conclude(
+            self.folder,
+            self.scenario,
+            self.starts,
+            ending,
+            lockstep=options.lockstep,
+            speed=options.speed,
+            figures=options.figures and exit_code != INTERRUPTED,
+            record=options.record,
+            ports=crew.ports,
+        )
+
+    def _make_folder(self) -> None:
+        try:
+            for spec in self.starts:
+                (self.folder / "vehicles" / spec.name).mkdir(parents=True)
+            text = scenario_to_yaml(self.scenario)
+            (self.folder / "scenario.yaml").write_text(text, encoding="utf-8")
+            write_robots(self.folder, self.starts, self.scenario.team)
+        except OSError as error:
+            raise LinkError(
+                f"{self.folder}: cannot write the run folder: {error.strerror}"
+            ) from None
+
+    def _open_bus(self) -> tuple[Bus, str]:
+        """Return a router on a free port, and its endpoint."""
+        tries = 5
+        while True:
+            endpoint = f"tcp/{LOOPBACK}:{free_tcp_port()}"
+            tries -= 1
+            try:
+                bus = Bus.router(endpoint, self.folder.name, reliable=self.options.lockstep)
+            except LinkError:  # somebody took the port meanwhile
+                if not tries:
+                    raise
+            else:
+                return bus, endpoint

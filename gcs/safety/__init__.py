@@ -1,0 +1,1 @@
+"""What keeps vehicles that are not ours safe: before they arm, while they fly, and at the end."""

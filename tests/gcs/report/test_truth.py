@@ -1,0 +1,104 @@
+"""Truth logs are read whole, torn or growing, and come out in the ground side's frame."""
+
+import numpy as np
+import pytest
+
+from mavherd.gcs.report.truth import TruthError, TruthTail, read_truth
+from mavherd.transport.frames import quaternion_from_euler, quaternion_to_enu, yaw_of
+from mavherd.vehicles.truth import POSE_COLUMNS
+
+
+def climb_north_east(t):
+    return 2 * t, 3 * t, 1 * t
+
+
+@pytest.fixture
+def log(tmp_path, truth_log):
+    return truth_log(tmp_path / "truth.bin", "quad1", "quadcopter", 4, climb_north_east, 1.0)
+
+
+def test_a_track_says_who_it_is_and_what_each_column_holds(log):
+    track = read_truth(log)
+    assert (track.name, track.kind, track.system_id, len(track)) == ("quad1", "quadcopter", 4, 101)
+    assert track.columns[: len(POSE_COLUMNS)] == POSE_COLUMNS
+    assert track.actuator_names == tuple(f"rotor{i}_rad_s" for i in (1, 2, 3, 4))
+    assert track.actuators.shape == (101, 4)
+    assert track.actuators[7].tolist() == [7.0] * 4
+
+
+def test_positions_and_velocities_come_out_east_north_up(log):
+    track = read_truth(log)
+    assert track.time[-1] == pytest.approx(1.0)
+    assert track.position[-1] == pytest.approx([2, 3, 1])
+    assert track.velocity[50] == pytest.approx([2, 3, 1])
+
+
+def test_body_rates_come_out_about_forward_left_up(log):
+    assert read_truth(log).rates[0] == pytest.approx([0.1, -0.2, -0.3])
+
+
+def test_attitudes_agree_with_the_frames_module(log):
+    track = read_truth(log)
+    assert np.linalg.norm(track.quaternion, axis=1) == pytest.approx(1.0)
+    assert yaw_of(track.quaternion[0]) == pytest.approx(np.pi / 2)  # north is 90 degrees from east
+    tilted = quaternion_from_euler(0.2, -0.1, 0.7)
+    rows = bytearray(log.read_bytes())
+    begin = rows.index(b"\n") + 1 + 7 * 8
+    rows[begin : begin + 32] = np.array(tilted).tobytes()
+    log.write_bytes(rows)
+    assert read_truth(log).quaternion[0] == pytest.approx(quaternion_to_enu(tilted))
+
+
+def test_a_torn_last_row_is_left_out(log):
+    torn = log.rename(log.with_name("truth.bin.part"))
+    torn.write_bytes(torn.read_bytes()[:-5])
+    assert len(read_truth(torn)) == 100
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b'{"schema": 1', b"hello\n", b"[1]\n", b'{"schema": 9}\n']
+)
+def test_what_is_no_truth_log_is_named(tmp_path, content):
+    path = tmp_path / "truth.bin"
+    path.write_bytes(content)
+    with pytest.raises(TruthError, match=r"truth\.bin"):
+        read_truth(path)
+
+
+def test_a_log_of_another_schema_is_refused(log):
+    log.write_bytes(log.read_bytes().replace(b'"schema": 1', b'"schema": 2', 1))
+    with pytest.raises(TruthError, match="schema 2, this program reads 1"):
+        read_truth(log)
+
+
+def test_a_log_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(TruthError, match="No such file"):
+        read_truth(tmp_path / "truth.bin")
+
+
+def test_a_tail_reads_each_row_once_across_torn_rows_and_the_rename(log):
+    data, part = log.read_bytes(), log.with_name("truth.bin.part")
+    log.unlink()
+    rows = []
+    with TruthTail(log) as tail:
+        assert tail.read() is None  # no file yet
+        for size in (10, len(data) // 3, 2 * len(data) // 3 + 3):
+            part.write_bytes(data[:size]) if size == 10 else append(part, data[:size])
+            rows.append(tail.read())
+        append(part, data)
+        part.rename(log)
+        rows += [tail.read(), tail.read()]
+    assert rows[0] is None  # only a piece of the header
+    times = np.concatenate([track.time for track in rows[1:]])
+    assert times == pytest.approx(np.arange(101) / 100)
+    assert len(rows[-1]) == 0
+
+
+def append(path, data):
+    with path.open("ab") as file:
+        file.write(data[path.stat().st_size :])
+
+
+def test_a_tail_that_comes_late_finds_the_finished_log(log):
+    with TruthTail(log) as tail:
+        assert len(tail.read()) == 101

@@ -1,0 +1,224 @@
+"""The terminal shows each robot, the worst of many, and a verdict; nothing reaches stdout."""
+
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from mavherd.gcs.mode_names import mode_name
+from mavherd.gcs.report.judge import judge
+from mavherd.gcs.report.report import RunFacts, build_report
+from mavherd.gcs.report.summary import ports_table, summary_table
+from mavherd.gcs.run import live_view
+from mavherd.gcs.run.live_view import LiveView, nearest, phases
+from mavherd.gcs.run.terminal import RunView
+from mavherd.scenarios.schema import Expect, Goto, Point, RobotSpec, Scenario
+from mavherd.transport.wire import Phase, VehicleState
+
+
+def state(name, position=(0.0, 0.0, 0.0), mode=15, phase=Phase.ACTIVE, armed=True):
+    level = (1.0, 0.0, 0.0, 0.0)
+    return VehicleState(name, 1, 0, 0.0, position, (0.3, 0.4, 0.0), level, mode, armed, phase)
+
+
+def console(*, terminal, width=80, height=24):
+    return Console(file=StringIO(), force_terminal=terminal, width=width, height=height)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A wall clock that stands until it is moved."""
+    now = [100.0]
+    monkeypatch.setattr(live_view, "monotonic", lambda: now[0])
+    return now
+
+
+def screen(states, *, targets=None, width=80, height=24):
+    out = console(terminal=True, width=width, height=height)
+    kinds = {s.name: "rover" for s in states}
+    with LiveView(kinds, 60.0, out) as view:
+        view.update(12.5, states, targets or {}, 3.2, "all ready")
+    return out.file.getvalue()
+
+
+def test_a_robot_is_shown_with_mode_phase_place_speed_and_neighbour(clock):
+    text = screen([state("r1"), state("r2", (3.0, 4.0, 0.0))], targets={"r1": 7.25})
+    line = next(row for row in text.splitlines() if "r1" in row and "GUIDED" in row)
+    for part in ("GUIDED", "active", "0.50", "7.25", "5.00 r2"):
+        assert part in line
+    assert "12.5 / 60 s" in text
+    assert "3.2x real time" in text
+    assert "all ready" in text
+
+
+def test_names_of_neighbours_are_whole_at_80_columns(clock):
+    text = screen([state("rover-11"), state("rover-12", (130.25, -40.0, 0.0))])
+    assert "136.25 rover-12" in text or "136.26 rover-12" in text
+
+
+def test_a_disarmed_robot_is_shown_as_such(clock):
+    assert "disarmed" in screen([state("r1", armed=False)])
+
+
+def test_a_team_taller_than_the_terminal_folds_to_its_worst_and_a_count(clock):
+    states = [state(f"r{i:02d}", (5.0 * i, 0.0, 0.0)) for i in range(50)]
+    states[30] = state("r30", (5 * 29 + 0.9, 0.0, 0.0))  # nearly touches r29
+    text = screen(states, height=15)
+    for name in ("r29", "r30"):
+        assert f"{name} " in text
+    assert "and 40 more; of all 50: 50 active" in text
+    shown = {s.name for s in states if f"\n{s.name} " in text}
+    assert len(shown) == 10  # of 15 lines; the others are the clock, the heads and the count
+
+
+def test_without_a_terminal_a_plain_line_comes_every_five_seconds(clock):
+    out = console(terminal=False)
+    with LiveView({"r1": "rover", "r2": "rover"}, 60.0, out) as view:
+        for second in range(12):
+            clock[0] = 100.0 + second
+            view.update(second, [state("r1"), state("r2", (3.0, 4.0, 0.0))], {}, 1.0, "go [on]")
+    lines = out.file.getvalue().splitlines()
+    assert len(lines) == 3
+    assert " ".join(lines[1].split()) == "5.0 s 1.0x 2 active nearest 5.00 m go [on]"
+    assert "\x1b" not in out.file.getvalue()
+
+
+def test_the_screen_is_drawn_at_most_four_times_a_second(clock):
+    out = console(terminal=True)
+    with LiveView({"r1": "rover"}, 60.0, out) as view:
+        view.update(0.0, [state("r1")], {}, 1.0)
+        before = len(out.file.getvalue())
+        clock[0] += 0.2
+        view.update(0.2, [state("r1")], {}, 1.0)
+        assert len(out.file.getvalue()) == before
+        clock[0] += 0.06
+        view.update(0.26, [state("r1")], {}, 1.0)
+        assert len(out.file.getvalue()) > before
+
+
+def test_nearest_is_mutual_and_in_space():
+    near = nearest([state("a"), state("b", (0.0, 3.0, 4.0)), state("c", (0.0, 3.0, 5.5))])
+    assert near == {"a": (5.0, "b"), "b": (1.5, "c"), "c": (1.5, "b")}
+    assert nearest([state("a")]) == {}
+
+
+def test_phases_are_counted_in_the_order_of_a_mission():
+    team = [state("a", phase=Phase.DONE), state("b"), state("c", phase=Phase.DONE)]
+    assert phases(team) == "1 active, 2 done"
+
+
+@pytest.mark.parametrize(
+    ("kind", "number", "name"),
+    [
+        ("quadcopter", 4, "GUIDED"),
+        ("rover", 4, "HOLD"),
+        ("rover", 15, "GUIDED"),
+        ("quadcopter", 9, "LAND"),
+        ("quadcopter", 17, "BRAKE"),
+        ("quadcopter", 0, "STABILIZE"),
+        ("rover", 99, "MODE 99"),
+        ("quadcopter", 6 << 16, "OFFBOARD"),
+        ("rover", 4 << 16 | 3 << 24, "HOLD"),
+    ],
+)
+def test_modes_are_called_as_ground_stations_call_them(kind, number, name):
+    assert mode_name(kind, number) == name
+
+
+@pytest.fixture
+def scenario():
+    specs = tuple(
+        RobotSpec(
+            name=f"r{i}",
+            kind="rover",
+            system_id=i,
+            start=Point(0, 0),
+            path=Goto(target=Point(3, 4)),
+        )
+        for i in (1, 2)
+    )
+    return Scenario(name="pair", robots=specs, expect=Expect(collisions=0, all_arrive_within_s=5))
+
+
+def test_the_run_view_measures_the_way_to_go_and_keeps_the_last_event(scenario, clock):
+    out = console(terminal=True)
+    ports = {"r1": {"system_id": 1, "udp": ["127.0.0.1:14550"], "tcp": None}, "zenoh": "tcp/x"}
+    with RunView(scenario, out) as view:
+        view.started(Path("runs/pair-1"), ports)
+        view.event({"t": 1.0, "vehicle": "r1", "kind": "phase", "text": "active"})
+        view.update(1.0, [state("r1")], 2.0)
+    text = out.file.getvalue()
+    assert "127.0.0.1:14550" in text
+    assert "5.00" in text
+    assert "r1: active" in text
+
+
+def test_a_hundred_port_lines_become_a_few():
+    out = console(terminal=False)
+    vehicle = {"system_id": 1, "udp": [], "tcp": "127.0.0.1:5760"}
+    out.print(ports_table({f"r{i}": vehicle for i in range(100)}))
+    assert "and 92 more, in ports.json" in out.file.getvalue()
+    assert len(out.file.getvalue().splitlines()) == 10
+
+
+def summary(scenario, tracks, **changes):
+    verdict = judge(scenario, scenario.robots, tracks, 0.0, 20.0)
+    values = {"run_id": "pair-1", "seed": 3, "law": "safe", "lockstep": True, "speed": None}
+    values |= {"duration_s": 20.0, "wall_s": 2.0, "real_time_factor": 10.0, "digest": "c0ffee" * 9}
+    out = console(terminal=False)
+    report = build_report(scenario, verdict, RunFacts(**values | changes))
+    out.print(summary_table(report, Path("runs/pair-1")))
+    return out.file.getvalue()
+
+
+def test_the_summary_of_a_good_run_says_pass_and_where_to_look(scenario, track):
+    tracks = [track("r1", "rover", 1, lambda t: (3, 4, 0))]
+    one = Scenario(name="pair", robots=scenario.robots[:1], expect=scenario.expect)
+    text = summary(one, tracks)
+    assert "PASS" in text
+    assert "no collision: none" in text
+    assert "collisions 0" in text
+    assert "(10.0x)" in text
+    assert "digest c0ffee" in text
+    assert "runs/pair-1/report.html" in text
+
+
+def test_the_summary_of_a_bad_run_says_what_failed(scenario, track):
+    tracks = [
+        track("r1", "rover", 1, lambda t: (0, 0, 0)),
+        track("r2", "rover", 2, lambda t: (0.5, 0, 0)),
+    ]
+    text = summary(scenario, tracks, error="r2 died", exit_code=3, partial=True, late_ticks=4)
+    for part in ("FAIL", "no collision: 1", "did not", "partial", "4 of 0 ticks late"):
+        assert part in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_what_external_vehicles_make_a_user_wait_for_is_printed_at_once():
+    out = console(terminal=False, width=200)
+    spec = RobotSpec(name="quad1", kind="quadcopter", system_id=1, start=Point(0, 0))
+    view = RunView(Scenario(name="field", robots=(spec,)), out)
+    for kind, text in (
+        ("phase", "active"),
+        ("preflight", "waits for position: no fix"),
+        ("link", "link silent"),
+        ("rest", "is brought to hold, then land"),
+    ):
+        view.event({"t": 1.0, "vehicle": "quad1", "kind": kind, "text": text})
+    assert out.file.getvalue().splitlines() == [
+        "quad1: waits for position: no fix",
+        "quad1: link silent",
+        "quad1: is brought to hold, then land",
+    ]
+
+
+def test_an_external_vehicle_is_listed_by_its_address():
+    ports = {
+        "quad1": {"system_id": 1, "connect": "tcp:127.0.0.1:5760", "udp": [], "tcp": None},
+        "rover1": {"system_id": 2, "udp": ["127.0.0.1:14550"], "tcp": None},
+    }
+    out = console(terminal=False, width=100)
+    out.print(ports_table(ports))
+    (line,) = (row for row in out.file.getvalue().splitlines() if "quad1" in row)
+    assert line.split() == ["quad1", "1", "external", "tcp:127.0.0.1:5760"]
