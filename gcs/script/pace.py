@@ -36,12 +36,20 @@ class Pace(Protocol):
         ...
 
     @property
+    def failed(self) -> bool:
+        """Whether a process of the run has failed; then time may go on, but only to end it."""
+        ...
+
+    @property
     def now(self) -> float:
         """Fleet time, s."""
         ...
 
-    def step(self) -> None:
-        """Let one coordination period pass; raise FleetError when that cannot be."""
+    def step(self, *, anyhow: bool = False) -> None:
+        """Let one coordination period pass; raise FleetError when that cannot be.
+
+        So it does, unless `anyhow`, when a process has `failed`.
+        """
         ...
 
     def close(self) -> None:
@@ -83,6 +91,7 @@ class LockstepPace:
     def __init__(self, run: OpenRun, clock: Lockstep, ground: Ground) -> None:
         self.lock: AbstractContextManager[Any] = nullcontext()  # there is no other thread
         self.broken = False
+        self._closed = False
         self._run = run
         self._clock = clock
         self._partner = InProcess(ground)
@@ -96,12 +105,19 @@ class LockstepPace:
         self._pacer = Pacer(speed, self._period) if speed else None
 
     @property
+    def failed(self) -> bool:
+        """Whether the run has broken off: without everybody there is no tick."""
+        return self.broken
+
+    @property
     def now(self) -> float:
         """Fleet time, s."""
         return self._clock.now
 
-    def step(self) -> None:
+    def step(self, *, anyhow: bool = False) -> None:
         """Advance everybody by one period."""
+        if self._closed:
+            raise FleetError("the fleet is closed")
         if self.broken:
             raise FleetError("the run has broken off; time cannot go on")
         self.broken = True  # until the tick is whole
@@ -121,6 +137,7 @@ class LockstepPace:
 
     def close(self) -> None:
         """Let no more time pass."""
+        self._closed = True
         self._partner.close()
 
 
@@ -135,6 +152,7 @@ class FreePace:
         self._ground = ground
         self._period = 1.0 / run.scenario.team.rate_hz
         self._error: BaseException | None = None
+        self._failure: Exception | None = None  # of another process; ours are steered on
         self._stopping = False
         self._thread = threading.Thread(target=self._serve, name="mavherd fleet", daemon=True)
         self._thread.start()
@@ -145,16 +163,23 @@ class FreePace:
         return self._error is not None or not self._thread.is_alive()
 
     @property
+    def failed(self) -> bool:
+        """Whether time cannot go on, or another process has failed."""
+        return self.broken or self._failure is not None
+
+    @property
     def now(self) -> float:
         """Fleet time, s."""
         return time.monotonic() - self._run.started
 
-    def step(self) -> None:
-        """Wait for the next tick."""
+    def step(self, *, anyhow: bool = False) -> None:
+        """Wait for the next tick; nobody may who is called in one, as the path of a follow is."""
+        if threading.current_thread() is self._thread:
+            raise FleetError("a path to follow cannot wait: it is asked within a tick")
         with self._turn:
             if not self.broken:
                 self._turn.wait(_STEP_S)
-        match self._error:
+        match self._error or (None if anyhow else self._failure):
             case None if self.broken:
                 raise FleetError("the fleet is closed")
             case None:
@@ -210,4 +235,12 @@ class FreePace:
         self._ground.tick_free(self.now)
         for event in self._ground.core.take_events():
             self._run.note(event)
-        self._clock.listen(self._run.started, 0.0)
+        if self._failure is not None:
+            self._clock.now = self.now
+            return
+        try:
+            self._clock.listen(self._run.started, 0.0)
+        except Interrupted:
+            pass  # raised where the script waits; nobody waits here
+        except (MavherdError, OSError) as failure:
+            self._failure = failure

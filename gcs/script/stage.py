@@ -1,24 +1,25 @@
 """A script's run from opening to report: who is up, how time passes, how it all ends."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ...scenarios.schema import Scenario
 from ...transport.bus import Bus
-from ...transport.errors import MavherdError
 from ...transport.switchboard import Switchboard
+from ...transport.wire import Phase
 from ..report.outcome import FAILED, INTERRUPTED, PASSED, Outcome
 from ..run.conductor import FreeRun, Interrupted, Lockstep
 from ..run.open_run import OpenRun, RunOptions, Unseen
-from ..safety.rest import ComeToRest
+from ..safety.abandoned import complaint, fate
+from ..safety.rest import WATCH_S, ComeToRest
 from ..team.coordinator import Member
 from ..team.ground import Ground
 from .errors import FleetError, LinkLost
 from .pace import FreePace, LockstepPace, Pace
 from .scripted import Scripted
-from .signals import Signals, Terminated
+from .signals import Signals
 from .values import Event
 from .waiting import SILENT_S
 
@@ -62,7 +63,7 @@ class Stage:
 
     def open(self) -> dict[str, tuple[Member, Scripted]]:
         """Start everything; return the script's vehicles once all are known."""
-        if self._run is not None:
+        if self._run is not None or self._closed:
             raise FleetError("a fleet is opened once (make another)")
         self._signals.install()
         try:
@@ -88,13 +89,14 @@ class Stage:
         failures: list[BaseException] = []
         steps: list[Callable[[], None]] = [
             lambda: self._farewell(at_end),
+            self._end_time,
             self._stop,
             lambda: self._report(error or (failures[0] if failures else None)),
         ]
         for step in steps:
             try:
                 step()
-            except (MavherdError, OSError, KeyboardInterrupt, Terminated) as failure:
+            except BaseException as failure:  # raised below, or noted, when all has been ended
                 failures.append(failure)
         self._signals.remove()
         if error is None and failures:
@@ -102,6 +104,8 @@ class Stage:
         if error is not None:
             for failed in failures:
                 error.add_note(f"while the fleet was closed: {failed!r}")
+                for note in getattr(failed, "__notes__", ()):
+                    error.add_note(note)
 
     def _start(self) -> None:
         self._run = run = OpenRun(
@@ -146,25 +150,59 @@ class Stage:
         return self._ground.core.members if self._ground else {}
 
     def _farewell(self, at_end: str) -> None:
-        """Have every armed vehicle that the script has commanded hold, then do as `at_end` says."""
-        if at_end == "leave" or self._pace is None or self._pace.broken:
+        """Have every vehicle that the script has commanded hold, then do as `at_end` says.
+
+        When a process has failed only external ones: our own end with the run.
+        """
+        pace, ground = self._pace, self._ground
+        if at_end == "leave" or pace is None or ground is None:
             return
-        pace, resting = self._pace, dict[str, ComeToRest]()
+        resting: dict[str, ComeToRest] = {}
         with pace.lock:
-            for name, member in self._members().items():
-                conduct, status = member.mission, member.station.status
-                if isinstance(conduct, Scripted) and conduct.commanded and status.armed:
-                    rest = ComeToRest(member, self._scenario, at_end, pace.now)
-                    member.mission = resting[name] = rest
+            ours = [name for name, member in self._members().items() if _is_under_way(member)]
+            if pace.failed:
+                ours = [name for name in ours if self._members()[name].spec.external]
+            if not pace.broken:
+                resting = {n: ground.core.bring_to_rest(n, pace.now, at_end) for n in ours}
+        try:
+            if pace.broken and ours:
+                raise FleetError("the vehicles cannot be brought to rest")
+            self._see_to_rest(pace, resting)
+        except BaseException as error:
+            left = [name for name in ours if name not in resting or not resting[name].done]
+            self._tell_abandoned(error, left)
+            raise
+
+    def _see_to_rest(self, pace: Pace, resting: Mapping[str, ComeToRest]) -> None:
+        """Let time pass until all are at rest; raise LinkLost when some do not come to it."""
         lost: dict[str, str] = {}
-        while any(not rest.done for name, rest in resting.items() if name not in lost):
-            self.step()
-            for name in resting:
+        give_up_at = pace.now + WATCH_S + SILENT_S
+        while waiting := [n for n, rest in resting.items() if not rest.done and n not in lost]:
+            with self._signals.guard():
+                pace.step(anyhow=True)
+            for name in waiting:
                 silent = pace.now - self._members()[name].station.status.heartbeat_at
                 if silent > SILENT_S:
                     lost[name] = f"{name}: nothing heard for {silent:.0f} s, it was armed"
+                elif pace.now > give_up_at:
+                    lost[name] = f"{name}: does not come to rest, it was armed"
         if lost:
             raise LinkLost(f"left as they are: {'; '.join(lost.values())}")
+
+    def _tell_abandoned(self, error: BaseException, left: Sequence[str]) -> None:
+        """Tell of external vehicles that nobody steers any more, in the error and the events."""
+        specs = [self._members()[n].spec for n in left if self._members()[n].spec.external]
+        if specs:
+            error.add_note(complaint(specs))
+        for spec in specs:
+            event = {"t": self.pace.now, "vehicle": spec.name, "kind": "problem"}
+            if self._run:
+                self._run.note({**event, "text": fate(spec)})
+
+    def _end_time(self) -> None:
+        """Send no more setpoints."""
+        if self._pace:
+            self._pace.close()
 
     def _stop(self) -> None:
         """End every process; nothing is left afterwards."""
@@ -173,12 +211,11 @@ class Stage:
             self._lines.close()
         if run is None:
             return
-        if self._pace:
-            self._pace.close()
-        run.wall_s = time.monotonic() - self._began
-        if self._ground:
-            self._ground.close()
-        run.stop(hurry=False)
+        with self._signals.guard():
+            run.wall_s = time.monotonic() - self._began
+            if self._ground:
+                self._ground.close()
+            run.stop(hurry=False)
         if run.abandoned:
             raise FleetError(run.abandoned)
 
@@ -207,3 +244,11 @@ class _Log(Unseen):
     def event(self, event: dict[str, Any]) -> None:
         """Keep one event."""
         self._events.append(Event(event["t"], event["vehicle"], event["kind"], event["text"]))
+
+
+def _is_under_way(member: Member) -> bool:
+    """Return whether the script has armed it, or an arming of the script's may still succeed."""
+    conduct = member.mission
+    if not isinstance(conduct, Scripted) or not conduct.commanded:
+        return False
+    return member.station.status.armed or conduct.phase is Phase.STARTING

@@ -116,14 +116,27 @@ class Coordinator:
             if not member.spec.external or member.mission.phase is Phase.WAITING:
                 member.mission = StayPut(member, now)
             else:
-                rest = ComeToRest(member, self.scenario, at_end, now)
-                member.mission = rest
-                self._resting[name] = rest
+                self.bring_to_rest(name, now, at_end)
+
+    def bring_to_rest(self, name: str, now: float, at_end: str) -> ComeToRest:
+        """Bring one vehicle to rest, which from here on goes on whatever is wrong with it."""
+        member = self.members[name]
+        member.now = now
+        rest = ComeToRest(member, self.scenario, at_end, now)
+        member.mission = self._resting[name] = rest
+        return rest
 
     @property
     def at_rest(self) -> bool:
-        """Whether all that `come_to_rest` has begun is done, except for vehicles that are lost."""
-        return all(rest.done or self.members[name].is_lost for name, rest in self._resting.items())
+        """Whether all that `come_to_rest` has begun is done, or cannot be.
+
+        It cannot with vehicles that are lost, nor with those that reboot: nothing holds of them.
+        """
+        members = self.members
+        return all(
+            rest.done or members[name].is_lost or not members[name].prepared
+            for name, rest in self._resting.items()
+        )
 
     def tell(self, now: float, vehicle: str | None, kind: str, text: str) -> None:
         """Note an event."""

@@ -13,9 +13,10 @@ from typing import NamedTuple
 from ...scenarios.schema import RobotSpec
 from ...transport.frames import Triple, wrap_angle
 from ..laws import HOLD, Command, Peer
-from ..station import ARDUPILOT, FlightStack
+from ..station import ARDUPILOT, PX4, FlightStack
 
 POSITION_GAIN = 0.8  # 1/s, position error to velocity; tracks to 0.14 m, with ArduRover measured
+LEAD = 1.2  # of a velocity error on top of the velocity, for those that are slow to take it up
 STANDSTILL = 0.05  # m/s: a slower rover stands, and does not turn about for every centimetre
 _STILL: Triple = (0.0, 0.0, 0.0)
 
@@ -25,6 +26,7 @@ class Form(Enum):
 
     FULL = "position with feed-forwards, or velocity"
     VELOCITY = "velocity"
+    LED = "velocity, asked for with a lead"
     COURSE = "speed along the nose, and where the nose shall point"
 
 
@@ -46,15 +48,18 @@ STOP = Setpoint(forward=0.0, yaw_rate=0.0)
 def form_of(spec: RobotSpec, stack: FlightStack | None) -> Form:
     """Return what a vehicle of this flight stack follows; our own follow everything."""
     if not spec.external or stack is None or spec.kind in stack.follows_velocity:
-        return Form.FULL
+        is_slow = spec.external and spec.kind == "quadcopter" and stack is PX4
+        return Form.LED if is_slow else Form.FULL
     return Form.COURSE if stack is ARDUPILOT else Form.VELOCITY
 
 
 def setpoint(form: Form, command: Command, me: Peer, v_max: float) -> Setpoint:
     """Return `command` in the form that the vehicle follows, which is `me` and does `v_max`."""
-    if form is Form.FULL:
+    if form in (Form.FULL, Form.LED):
         if command == HOLD:
             return Setpoint(velocity=_STILL)
+        if form is Form.LED and command.position is None and command.velocity:
+            command = command._replace(velocity=_led(command.velocity, me.velocity))
         return Setpoint(*command[:5])
     east, north = _velocity(command, me, v_max)
     speed, course = hypot(east, north), atan2(north, east)
@@ -68,6 +73,12 @@ def setpoint(form: Form, command: Command, me: Peer, v_max: float) -> Setpoint:
     # Without a speed there is no course to turn to.
     share = max(forward / speed, STANDSTILL / speed)
     return Setpoint(velocity=(share * east, share * north, 0.0))
+
+
+def _led(wish: Triple, velocity: Triple) -> Triple:
+    """Return a velocity with its error in the plane added: PX4 is seconds late for a part of it."""
+    (east, north, up), (is_east, is_north, _) = wish, velocity
+    return (east + LEAD * (east - is_east), north + LEAD * (north - is_north), up)
 
 
 def _velocity(command: Command, me: Peer, v_max: float) -> tuple[float, float]:

@@ -328,6 +328,39 @@ def test_a_vehicle_that_vanishes_is_lost(sandbox, in_folder):
 # What cannot be opened
 
 
+def test_a_process_that_dies_does_not_leave_external_vehicles_in_the_air(sandbox, in_folder):
+    with vehicles(sandbox, ("quadcopter", 1, 0, "ardupilot")) as (_, [(address, _)]):
+        (in_folder / "two.yaml").write_text(f"""
+name: two
+team: {{start_sigma_m: 0}}
+robots:
+  - {{name: quad1, kind: quadcopter, system_id: 1, start: {{east: 0, north: 0}},
+     connect: "{address}", hold: {{east: 0, north: 0, up: 2}}}}
+  - {{name: quad2, kind: quadcopter, system_id: 2, start: {{east: 4, north: 0}},
+     hold: {{east: 4, north: 0, up: 2}}}}
+""")
+        fleet = Fleet.from_scenario("two.yaml")
+        died = pytest.raises(FleetError, match=r"quad2 .* was killed by SIGKILL")
+        with died, fleet:
+            fleet.all.arm()
+            fleet["quad1"].takeoff(up=2)
+            os.kill(_pid_of(fleet, "quad2"), signal.SIGKILL)
+            fleet.sleep(30)
+        assert not fleet["quad1"].armed
+        assert fleet["quad1"].position.up < 0.1
+
+
+def test_a_path_to_follow_cannot_wait(in_folder):
+    with Fleet.from_scenario("one-rover", lockstep=False) as fleet:
+        rover = fleet["rover1"]
+        rover.arm()
+        rover.follow(lambda t: fleet.sleep(t + 9))
+        began = fleet.time
+        with pytest.raises(FleetError, match="a path to follow cannot wait"):
+            fleet.sleep(5)
+        assert fleet.time - began < 3
+
+
 def test_nobody_there_is_said_with_the_address(sandbox):
     port = sandbox.free_port()
     with pytest.raises(FleetError, match=rf"0 vehicles heard within 3 s; tcp:127.0.0.1:{port}"):
@@ -361,6 +394,14 @@ def test_wrong_input_is_refused_before_anything_starts(in_folder, wrong, why):
     with pytest.raises(MavherdError, match=why):
         wrong()
     assert list(in_folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_fleet_that_is_closed_says_so(in_folder, lockstep):
+    with Fleet.from_scenario("one-rover", lockstep=lockstep) as fleet:
+        fleet.sleep(0.1)
+    with pytest.raises(FleetError, match="the fleet is closed"):
+        fleet.sleep(1)
 
 
 def test_a_fleet_that_is_not_open_says_so(in_folder):

@@ -230,6 +230,17 @@ def test_a_reboot_under_way_ends_the_run_and_brings_the_others_to_rest():
     assert not field.armed()
 
 
+def test_one_that_reboots_on_its_way_to_rest_is_not_waited_for(monkeypatch):
+    field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
+    field.until_phase(Phase.ACTIVE)
+    field.coordinator.come_to_rest(field.now, "land")
+    field.run(0.5)
+    reboot(field, "rover1")
+    monkeypatch.setattr(mavherd.gcs.safety.clearance, "missing", lambda checks: checks[:1])
+    field.until(lambda: field.coordinator.at_rest, 40)
+    assert not field.armed()
+
+
 def test_a_landed_vehicle_that_no_longer_knows_its_place_does_not_stop_the_others():
     field = Field(external(load_scenario("crossing-targets"), "ardupilot"))
     landed = field.members["rover1"]

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from mavherd.gcs.laws import HOLD, Command, Peer
 from mavherd.gcs.station import ARDUPILOT, GENERIC, PX4
 from mavherd.gcs.team.setpoints import (
+    LEAD,
     POSITION_GAIN,
     STANDSTILL,
     STOP,
@@ -36,7 +37,7 @@ def rover(heading=0.0, position=(0.0, 0.0, 0.0)):
     ("kind", "stack", "form"),
     [
         ("quadcopter", ARDUPILOT, Form.FULL),
-        ("quadcopter", PX4, Form.FULL),
+        ("quadcopter", PX4, Form.LED),
         ("rover", ARDUPILOT, Form.COURSE),
         ("rover", PX4, Form.VELOCITY),
         ("rover", GENERIC, Form.FULL),
@@ -53,6 +54,25 @@ def test_who_follows_everything_is_told_everything():
         (1, 2, 3), (4, 5, 6), (7, 8, 9), 0.1, 0.2
     )
     assert setpoint(Form.FULL, HOLD, rover(), V_MAX) == Setpoint(velocity=(0.0, 0.0, 0.0))
+
+
+def test_px4_copters_are_asked_for_more_than_they_still_lack():
+    me = Peer(1, "quadcopter", (0.0, 0.0, 2.0), (0.5, -0.2, 0.3), 0.0)
+    told = setpoint(Form.LED, Command(velocity=(1.0, 0.0, 0.4), yaw=0.3), me, V_MAX)
+    assert told.velocity == pytest.approx((1.0 + LEAD * 0.5, LEAD * 0.2, 0.4))
+    assert told.yaw == 0.3
+    there = me._replace(velocity=(1.0, 0.0, 0.0))
+    assert setpoint(Form.LED, Command(velocity=(1.0, 0.0, 0.4)), there, V_MAX).velocity == (
+        1,
+        0,
+        0.4,
+    )
+
+
+def test_px4_copters_that_are_told_a_place_or_to_hold_are_told_just_that():
+    me = Peer(1, "quadcopter", (0.0, 0.0, 2.0), (0.5, -0.2, 0.3), 0.0)
+    for command in (HOLD, Command((1, 2, 3), (4, 5, 6))):
+        assert setpoint(Form.LED, command, me, V_MAX) == setpoint(Form.FULL, command, me, V_MAX)
 
 
 def test_a_stop_has_no_course_for_an_ardurover_to_turn_to():
