@@ -13,7 +13,7 @@ test: $(VENV)/.test
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -n 4 --dist loadfile  # most tests wait for vehicles, not for the processor
+	$(BIN)/python -m pytest -n 3 --dist loadfile  # most tests wait for vehicles, not for the processor
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/make_mavlink.py
