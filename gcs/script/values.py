@@ -15,7 +15,7 @@ class Position(NamedTuple):
     up: float
 
     def __str__(self) -> str:
-        """Return it in centimetres, for people."""
+        """Return it to the centimetre, for people."""
         return f"east {self.east:z.2f}, north {self.north:z.2f}, up {self.up:z.2f}"
 
 
@@ -27,7 +27,7 @@ class Velocity(NamedTuple):
     up: float
 
     def __str__(self) -> str:
-        """Return it in cm/s, for people."""
+        """Return it to the cm/s, for people."""
         return f"east {self.east:z.2f}, north {self.north:z.2f}, up {self.up:z.2f}"
 
 
