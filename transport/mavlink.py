@@ -5,9 +5,11 @@ The generated dialect is used as it is (`mav`), without pymavlink's connection l
 
 from collections.abc import Iterable, Iterator
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from .message import Message
 
 __all__ = ["AUTOPILOT_COMPONENT", "Codec", "Message", "datagrams", "mav"]
 
@@ -24,24 +26,6 @@ _SIZES = {"char": 1, "float": 4, "double": 8} | {
 _MAX_DATAGRAM = 1200  # bytes: fits every MTU, and MAVSDK's receive buffer of 2048
 
 AUTOPILOT_COMPONENT: int = mav.MAV_COMP_ID_AUTOPILOT1
-
-
-class Message(Protocol):
-    """A message of the dialect; its fields are attributes under their MAVLink names."""
-
-    def get_type(self) -> str:
-        """Return the message's name, such as `HEARTBEAT`."""
-        ...
-
-    def get_srcSystem(self) -> int:  # noqa: N802 - pymavlink's name
-        """Return the sender's system id."""
-        ...
-
-    def get_srcComponent(self) -> int:  # noqa: N802 - pymavlink's name
-        """Return the sender's component id."""
-        ...
-
-    def __getattr__(self, name: str) -> Any: ...
 
 
 class Codec:
@@ -152,7 +136,8 @@ def datagrams(data: bytes) -> Iterator[bytes]:
 
 def _as_v1(message: Message, frame: bytes) -> bytes:
     """Return a MAVLink 2 frame as MAVLink 1: no trailing zeros cut off, no extension fields."""
-    length = _base_length(type(message))
+    kind: Any = message.__class__
+    length = _base_length(kind)
     payload = frame[10:-2].ljust(length, b"\0")[:length]
     body = bytes((length, *frame[4:8])) + payload  # length, sequence, system, component, id
     checksum: int = mav.x25crc(body + bytes((message.crc_extra,))).crc

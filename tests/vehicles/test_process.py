@@ -267,6 +267,7 @@ class Pilot:
         return heard
 
     def command(self, number, *params):
+        self.sock.settimeout(5)  # `hear` leaves what was left of its own time
         self.sock.send(self.codec.encode([command(number, *params)]))
         deadline = time.monotonic() + 5
         while time.monotonic() < deadline:
