@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test docs bench results pictures clean
+.PHONY: demo test docs bench results pictures compiled pure clean
 
 demo: $(VENV)/.view
 	$(BIN)/mavherd run crossing-targets --speed 3
@@ -29,7 +29,14 @@ pictures: $(VENV)/.test
 	$(BIN)/python docs/step_response.py
 	$(BIN)/python docs/make_pictures.py
 
-clean:
+compiled: $(VENV)/.test pure
+	$(BIN)/python setup.py --quiet build_ext --inplace
+	@$(BIN)/mavherd version
+
+pure:
+	find -L src -name '*.so' -delete
+
+clean: pure
 	rm -rf $(VENV) build dist src/*.egg-info
 
 $(BIN)/python:

@@ -9,11 +9,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
-from .. import __version__
 from ..transport.errors import MavherdError, os_reason
 from .commands import check as check_command
 from .commands import run as run_command
 from .commands import vehicle as vehicle_command
+from .commands import version as version_command
 
 _EPILOG = """\
 first steps:
@@ -66,11 +66,6 @@ def _scenarios(args: argparse.Namespace) -> int:
     return 0
 
 
-def _version(args: argparse.Namespace) -> int:
-    print(f"mavherd {__version__}")
-    return 0
-
-
 def _digest(args: argparse.Namespace) -> int:
     from ..transport.tlog import digest
 
@@ -118,7 +113,7 @@ def _parser() -> argparse.ArgumentParser:
     _add(commands, "scenarios", _scenarios, "list the shipped scenarios")
     digest = _add(commands, "digest", _digest, "compute a run's digest again from its tlogs")
     digest.add_argument("folder", type=Path, metavar="RUN", help="a run folder")
-    _add(commands, "version", _version, "print the version")
+    _add(commands, "version", version_command.run, "say which mavherd runs here, and how")
     return parser
 
 

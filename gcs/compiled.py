@@ -1,0 +1,62 @@
+"""Which modules are compiled ahead of time where a C compiler is there, and which are so now.
+
+They hold what runs every tick. Compiled or not, they compute the same bytes; see
+docs/performance.md. `setup.py` reads `HOT`.
+"""
+
+import sys
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+HOT = (
+    "transport/frames",
+    "transport/mavlink",
+    "transport/wire",
+    "vehicles/attitude_control",
+    "vehicles/disturbance",
+    "vehicles/flight/*",
+    "vehicles/mixer",
+    "vehicles/physics",
+    "vehicles/pid",
+    "vehicles/protocol/conversation",
+    "vehicles/protocol/rates",
+    "vehicles/protocol/streams",
+    "vehicles/quadcopter",
+    "vehicles/quadcopter_control",
+    "vehicles/quadcopter_tuning",
+    "vehicles/robot",
+    "vehicles/rover",
+    "vehicles/rover_control",
+)
+"""Paths below the package, without `.py`; `*` is every module of a folder."""
+
+
+def sources(package: Path) -> Iterator[Path]:
+    """Yield the source file of every hot module below the folder `package`."""
+    for pattern in HOT:
+        yield from sorted(p for p in package.glob(f"{pattern}.py") if p.name != "__init__.py")
+
+
+def state() -> str:
+    """Return how this program runs, for people: `compiled`, `pure Python`, or what is wrong."""
+    package = Path(__file__).parent.parent
+    modules = list(sources(package))
+    loaded = [_loaded_from(package, source) for source in modules]
+    compiled = [(s, file) for s, file in zip(modules, loaded, strict=True) if file.suffix != ".py"]
+    if not compiled:
+        return "pure Python"
+    stale = [s for s, file in compiled if s.stat().st_mtime > file.stat().st_mtime]
+    if stale or len(compiled) < len(modules):
+        changed = stale or [s for s, file in zip(modules, loaded, strict=True) if file == s]
+        name = changed[0].relative_to(package)
+        return f"compiled, but {name} has changed since: run make compiled or make pure"
+    return "compiled"
+
+
+def _loaded_from(package: Path, source: Path) -> Path:
+    """Return the file that an import of the module at `source` takes."""
+    name = ".".join(("mavherd", *source.relative_to(package).with_suffix("").parts))
+    module = sys.modules.get(name)
+    spec = getattr(module, "__spec__", None) or find_spec(name)
+    return Path(spec.origin) if spec and spec.origin else source
