@@ -75,7 +75,7 @@ def test_a_free_running_script_follows_the_wall_clock(in_folder):
         began = fleet.time, time.monotonic()
         rover.goto(east=1.5, north=0)
         took = fleet.time - began[0], time.monotonic() - began[1]
-        assert took[0] == pytest.approx(took[1], abs=0.2)
+        assert took[0] == pytest.approx(took[1], abs=1)
         rover.land()
     assert fleet.outcome.report["digest"] is None
     assert dist(truth(fleet, "rover1").position[-1][:2], (1.5, 0)) < 0.3

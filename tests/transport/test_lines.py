@@ -100,7 +100,7 @@ def test_opening_a_tcp_line_does_not_wait_for_an_answer():
         with closing(TcpClient(parse_connect(f"tcp:{HOST}:{port}"), clock)) as line:
             assert list(line.receive()) == []
             line.send(b"anybody?")
-            assert time.monotonic() - start < 1
+            assert time.monotonic() - start < 10  # a call that blocks takes minutes
             assert line.problem == "not connected yet"
             clock.now += 6
             assert list(line.receive()) == []
@@ -302,7 +302,7 @@ def test_a_serial_line_that_takes_nothing_holds_nobody_up():
         start = time.monotonic()
         for _ in range(2000):
             line.send(b"0123456789" * 10)
-        assert time.monotonic() - start < 2
+        assert time.monotonic() - start < 10  # one that blocks never ends
         assert line.congested
         got = read_far(far, 100)
         until(lambda: list(line.receive()) or not line.congested or read_far(far, 1), "room")
