@@ -8,6 +8,7 @@ import json
 import os
 import re
 import threading
+import time
 from collections import deque
 from collections.abc import Iterator
 from typing import Any
@@ -22,6 +23,7 @@ os.environ.setdefault(
 import zenoh
 
 from .errors import LinkError
+from .questions import MAX_WAITING, Answer, Questions
 
 LEASE_MS = 3000
 ROOT = "mavherd"
@@ -58,6 +60,20 @@ class Queue:
         """Yield and remove what has arrived."""
         while self._items:
             yield self._items.popleft()
+
+
+class Newest:
+    """The newest sample of one key, fetched when it is wanted: what comes between costs little."""
+
+    def __init__(self, subscriber: Any) -> None:
+        self._subscriber = subscriber
+        self._last: bytes | None = None
+
+    def get(self) -> bytes | None:
+        """Return the newest payload, None before the first."""
+        if (sample := self._subscriber.try_recv()) is not None:
+            self._last = sample.payload.to_bytes()
+        return self._last
 
 
 class Publisher:
@@ -133,6 +149,31 @@ class Bus:
         queue = Queue(size)
         self._subscribe(expression, queue)
         return queue
+
+    def newest(self, key: str) -> Newest:
+        """Subscribe to one key and keep its newest sample, outside Python until it is wanted."""
+        handler: Any = zenoh.handlers.RingChannel(1)
+        subscriber = self._session.declare_subscriber(self.prefix + key, handler)
+        self._declarations.append(subscriber)
+        return Newest(subscriber)
+
+    def questions(self, key: str) -> Questions:
+        """Take questions on `key`; whoever asks waits until the owner's loop answers."""
+        handler: Any = zenoh.handlers.RingChannel(MAX_WAITING)
+        queryable = self._session.declare_queryable(self.prefix + key, handler)
+        self._declarations.append(queryable)
+        return Questions(queryable, self.prefix + key)
+
+    def ask(self, key: str, text: str, timeout: float) -> Answer | None:
+        """Ask on `key` and return the first answer, None when `timeout` seconds bring none."""
+        deadline = time.monotonic() + timeout
+        for reply in self._session.get(self.prefix + key, payload=text, timeout=timeout):
+            granted = reply.ok is not None
+            if not granted and time.monotonic() >= deadline:  # Zenoh's own: "Timeout"
+                return None
+            payload = (reply.ok if granted else reply.err).payload
+            return Answer(granted, payload.to_bytes().decode("utf-8", "replace"))
+        return None
 
     def declare_token(self, key: str) -> Any:
         """Declare presence on `key` until `undeclare()` is called or the session ends."""

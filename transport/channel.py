@@ -19,6 +19,8 @@ class Channel:
         self.socket = sock
         sock.setblocking(True)
         self._buffer = b""
+        self._poll = select.poll()  # select() knows 1024 files only
+        self._poll.register(sock, select.POLLIN)
 
     def send(self, message: dict[str, Any]) -> None:
         """Send one object; raise ChannelClosed when nobody is there any more."""
@@ -37,7 +39,7 @@ class Channel:
                 return message
             if len(self._buffer) > MAX_LINE:
                 raise ChannelClosed
-            if timeout is not None and not select.select([self.socket], [], [], timeout)[0]:
+            if timeout is not None and not self._poll.poll(timeout * 1000):
                 return None
             try:
                 data = self.socket.recv(1 << 16)

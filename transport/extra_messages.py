@@ -6,8 +6,6 @@ the dialect builds its own, so that `Codec` packs it like any other message.
 
 import struct
 from collections.abc import Callable
-from itertools import chain
-from typing import Any
 
 from .mavlink import Message, mav
 
@@ -29,36 +27,21 @@ def _define(message_id: int, crc_extra: int, fields: tuple[Field, ...]) -> Calla
     """Return the class of a message; it takes its fields in the order given here."""
     name = NAMES[message_id]
     wire = sorted(fields, key=lambda field: -struct.calcsize(_CODES[field[0]]))  # stable
-    formats = [f"{length or ''}{_CODES[kind]}" for kind, _, length in wire]
-    packer = struct.Struct("<" + "".join(formats))
-    names = [field for _, field, _ in fields]
-    is_array = {field: length > 0 and kind != "char" for kind, field, length in fields}
-
-    def init(self: Any, *values: object) -> None:
-        mav.MAVLink_message.__init__(self, message_id, name)
-        self._fieldnames = names
-        for field, value in zip(names, values, strict=True):
-            setattr(self, field, value)
-
-    def pack(self: Any, end: Any, force_mavlink1: bool = False) -> bytes:
-        values = ((field, getattr(self, field)) for _, field, _ in wire)
-        flat = chain.from_iterable(v if is_array[field] else (v,) for field, v in values)
-        frame: bytes = self._pack(end, crc_extra, packer.pack(*flat), force_mavlink1=force_mavlink1)
-        return frame
-
-    body = {
-        "__init__": init,
+    tables = {
         "__doc__": f"{name}, to be sent.",
-        "pack": pack,
         "id": message_id,
         "msgname": name,
-        "fieldnames": names,
+        "fieldnames": [field for _, field, _ in fields],
         "ordered_fieldnames": [field for _, field, _ in wire],
         "fieldtypes": [kind for kind, _, _ in fields],
         "array_lengths": [length for _, _, length in wire],
         "crc_extra": crc_extra,
+        "unpacker": struct.Struct(
+            "<" + "".join(f"{length or ''}{_CODES[kind]}" for kind, _, length in wire)
+        ),
     }
-    return type(f"MAVLink_{name.lower()}_message", (mav.MAVLink_message,), body)
+    kind = type(f"MAVLink_{name.lower()}_message", (mav.MAVLink_message,), tables)
+    return mav.form_of(kind).kind
 
 
 ESC_STATUS_ID = 291

@@ -1,31 +1,38 @@
-"""MAVLink bytes to messages and back. The only module that imports pymavlink.
+"""MAVLink bytes to messages and back, without pymavlink's connection layer.
 
-The generated dialect is used as it is (`mav`), without pymavlink's connection layer.
+`mav` is the dialect: the classes of its messages, its enums and its constants.
 """
 
+import struct
 from collections.abc import Iterable, Iterator
-from functools import cache
-from typing import Any
+from typing import Any, Final
 
-from pymavlink.dialects.v20 import ardupilotmega as mav
+from fastcrc.crc16 import mcrf4xx
 
+from . import dialect as mav
+from .form import Form, base_size
 from .message import Message
 
 __all__ = ["AUTOPILOT_COMPONENT", "Codec", "Message", "datagrams", "mav"]
 
-V1_MARKER = 0xFE
-V2_MARKER = 0xFD
-_V1_OVERHEAD = 8  # header 6, checksum 2
-_V2_OVERHEAD = 12  # header 10, checksum 2
-_SIGNATURE = 13
-_SIGNED_FLAG = 0x01
-_V1_LAST_ID = 255
-_SIZES = {"char": 1, "float": 4, "double": 8} | {
-    f"{sign}int{bits}_t": bits // 8 for sign in ("", "u") for bits in (8, 16, 32, 64)
-}
-_MAX_DATAGRAM = 1200  # bytes: fits every MTU, and MAVSDK's receive buffer of 2048
+V1_MARKER: Final = 0xFE
+V2_MARKER: Final = 0xFD
+_V1_OVERHEAD: Final = 8  # header 6, checksum 2
+_V2_OVERHEAD: Final = 12  # header 10, checksum 2
+_SIGNATURE: Final = 13
+_SIGNED_FLAG: Final = 0x01
+_V1_LAST_ID: Final = 255
+# Headers without the marker, which the checksum leaves out
+_V1_HEADER: Final = struct.Struct("<BBBBB")
+_V2_HEADER: Final = struct.Struct("<BBBBBBHB")
+_CHECKSUM: Final = struct.Struct("<H")
+_MAX_SENDERS: Final = 256
+_MAX_DATAGRAM: Final = 1200  # bytes: fits every MTU, and MAVSDK's receive buffer of 2048
 
 AUTOPILOT_COMPONENT: int = mav.MAV_COMP_ID_AUTOPILOT1
+
+_forms: dict[Any, Form] = {}  # by class, of those that were sent
+_forms_by_number: dict[int, Form] = {}  # of those that were heard
 
 
 class Codec:
@@ -39,13 +46,15 @@ class Codec:
     """
 
     def __init__(self, system_id: int, component_id: int = AUTOPILOT_COMPONENT) -> None:
-        self._mav = mav.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
-        self._buffer = b""
-        self._sequences: dict[tuple[int, int], int] = {}
-        self._heard_v2 = False
+        self.system_id = system_id
+        self.component_id = component_id
+        self.sequence = 0  # of the next frame
         self.version = 2  # of MAVLink in what we pack
         self.bad_bytes = 0
         self.lost = 0
+        self._buffer = b""
+        self._expected: dict[int, int] = {}  # the next sequence number of each sender
+        self._heard_v2 = False
 
     def encode(self, messages: Iterable[Message]) -> bytes:
         """Return the frames of `messages`, in order."""
@@ -54,16 +63,9 @@ class Codec:
     def frames(self, messages: Iterable[Message]) -> list[bytes]:
         """Return one frame for each message that the peer's MAVLink can carry."""
         if self.version == 1:
-            messages = [m for m in messages if m.get_msgId() <= _V1_LAST_ID]
-            return [_as_v1(m, f) for m, f in zip(messages, self._pack(messages), strict=True)]
-        return self._pack(messages)
-
-    def _pack(self, messages: Iterable[Message]) -> list[bytes]:
-        out = []
-        for message in messages:
-            out.append(message.pack(self._mav))
-            self._mav.seq = (self._mav.seq + 1) & 0xFF
-        return out
+            messages = [m for m in messages if _form_of(m).number <= _V1_LAST_ID]
+            return [self._frame_v1(message) for message in messages]
+        return [self._frame(message) for message in messages]
 
     def decode(self, data: bytes, *, stream: bool = True) -> list[Message]:
         """Return the messages in `data`.
@@ -86,36 +88,93 @@ class Codec:
                     continue
                 break  # the rest is still to come
             frame = buffer[at : at + length]
-            try:
-                message = self._mav.decode(bytearray(frame))
-            except mav.MAVError:
-                message = None
-            if message is None or message.get_msgId() < 0:
-                # A message of another dialect (negative id) has a checksum that cannot be
-                # verified: searched byte by byte like garbage, it cannot hide a good frame.
+            message = self._read(frame)
+            if message is None:
+                # A message of another dialect has a checksum that cannot be verified: searched
+                # byte by byte like garbage, it cannot hide a good frame.
                 at += 1
                 self.bad_bytes += 1
                 continue
             at += length
-            if not self._heard_v2:
-                self._heard_v2 = frame[0] == V2_MARKER
-                self.version = 2 if self._heard_v2 else 1
-            self._count(message)
             out.append((message, frame))
         self._buffer = buffer[at:]
         return out
 
-    def _count(self, message: Message) -> None:
-        sender = message.get_srcSystem(), message.get_srcComponent()
-        sequence: int = message.get_seq()
-        last = self._sequences.get(sender)
-        if last == sequence:
-            return  # the same frame twice
-        if last is not None:
-            self.lost += (sequence - last - 1) & 0xFF
-        elif len(self._sequences) >= 256:
-            self._sequences.clear()  # a flood of invented senders must not grow us
-        self._sequences[sender] = sequence
+    def _frame(self, message: Message) -> bytes:
+        """Return a frame of MAVLink 2: the zeros at the end of the payload are cut off."""
+        form = _forms.get(message.__class__) or _form_of(message)
+        payload = form.pack(message).rstrip(b"\0") or b"\0"
+        sequence, number = self.sequence, form.number
+        self.sequence = (sequence + 1) & 0xFF
+        start = _V2_HEADER.pack(
+            len(payload),
+            0,
+            0,
+            sequence,
+            self.system_id,
+            self.component_id,
+            number & 0xFFFF,
+            number >> 16,
+        )
+        body = start + payload
+        return b"\xfd" + body + _CHECKSUM.pack(mcrf4xx(body + form.crc_extra))
+
+    def _frame_v1(self, message: Message) -> bytes:
+        """Return a frame of MAVLink 1: no zeros are cut off, and extension fields are."""
+        form = _form_of(message)
+        payload, size = form.pack(message), base_size(form.kind)
+        sequence = self.sequence
+        self.sequence = (sequence + 1) & 0xFF
+        start = _V1_HEADER.pack(size, sequence, self.system_id, self.component_id, form.number)
+        body = start + payload[:size]
+        return b"\xfe" + body + _CHECKSUM.pack(mcrf4xx(body + form.crc_extra))
+
+    def _read(self, frame: bytes) -> Message | None:
+        """Return the message in a frame of the right length, None when it is not a good one."""
+        size = frame[1]
+        if frame[0] == V2_MARKER:
+            start, sequence, system, component = 10, frame[4], frame[5], frame[6]
+            number = frame[7] | frame[8] << 8 | frame[9] << 16
+        else:
+            start, sequence, system, component, number = 6, frame[2], frame[3], frame[4], frame[5]
+        form = _forms_by_number.get(number)
+        if form is None:
+            form = mav.form_numbered(number)
+            if form is None:
+                return None
+            _forms_by_number[number] = form
+        stop = start + size
+        if mcrf4xx(frame[1:stop] + form.crc_extra) != frame[stop] | frame[stop + 1] << 8:
+            return None
+        if not self._heard_v2:
+            self._heard_v2 = start == 10
+            self.version = 2 if self._heard_v2 else 1
+        sender = system << 8 | component
+        if self._expected.get(sender) != sequence:
+            self._count_lost(sender, sequence)
+        self._expected[sender] = (sequence + 1) & 0xFF
+        if size < form.size:
+            payload = frame[start:stop].ljust(form.size, b"\0")
+            return form.read(payload, 0, system, component, sequence)
+        return form.read(frame, start, system, component, sequence)
+
+    def _count_lost(self, sender: int, sequence: int) -> None:
+        expected = self._expected.get(sender)
+        if expected is None:
+            if len(self._expected) >= _MAX_SENDERS:
+                self._expected.clear()  # a flood of invented senders must not grow us
+            return
+        gap = (sequence - expected) & 0xFF
+        if gap != 0xFF:  # the same frame twice
+            self.lost += gap
+
+
+def _form_of(message: Message) -> Form:
+    kind = message.__class__
+    form = _forms.get(kind)
+    if form is None:
+        form = _forms[kind] = mav.form_of(kind)
+    return form
 
 
 def datagrams(data: bytes) -> Iterator[bytes]:
@@ -132,40 +191,6 @@ def datagrams(data: bytes) -> Iterator[bytes]:
         yield data[start:at]
         start = at
     yield data[start:]
-
-
-def _as_v1(message: Message, frame: bytes) -> bytes:
-    """Return a MAVLink 2 frame as MAVLink 1: no trailing zeros cut off, no extension fields."""
-    kind: Any = message.__class__
-    length = _base_length(kind)
-    payload = frame[10:-2].ljust(length, b"\0")[:length]
-    body = bytes((length, *frame[4:8])) + payload  # length, sequence, system, component, id
-    checksum: int = mav.x25crc(body + bytes((message.crc_extra,))).crc
-    return b"\xfe" + body + checksum.to_bytes(2, "little")
-
-
-@cache
-def _base_length(kind: Any) -> int:
-    """Return the payload bytes of a message without its extension fields.
-
-    The dialect does not say where they begin, but `crc_extra`, by which two ends assure one
-    another that they mean the same fields, is made of those before them only.
-    """
-    counts = range(len(kind.ordered_fieldnames), 0, -1)
-    count = next((n for n in counts if _crc_extra(kind, n) == kind.crc_extra), counts[0])
-    fields = list(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))[:count]
-    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
-    return sum(_SIZES[types[name]] * (array or 1) for name, array in fields)
-
-
-def _crc_extra(kind: Any, count: int) -> int:
-    """Return the `crc_extra` that a message of the first `count` fields would have."""
-    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
-    text = f"{kind.msgname} ".encode()
-    for name, array in list(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))[:count]:
-        text += f"{types[name]} {name} ".encode() + (bytes((array,)) if array else b"")
-    crc: int = mav.x25crc(text).crc
-    return crc & 0xFF ^ crc >> 8
 
 
 def _frame_length(buffer: bytes, at: int, end: int) -> int:

@@ -5,8 +5,10 @@ Keys live under `mavherd/<run>/`: `vehicle/<name>/state`, `vehicle/<name>/target
 """
 
 import struct
+from collections.abc import Sequence
 from enum import IntEnum
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 from .errors import MavherdError
 
@@ -57,25 +59,31 @@ class Target(NamedTuple):
     feed_forward: tuple[float, float, float]  # velocity added by the coordination law, m/s
 
 
-_STATE = struct.Struct(f"<HBBIdI{NAME_BYTES}sB11x10d")
+_STATE_FORM = f"HBBIdI{NAME_BYTES}sB11x10d"
+_STATE = struct.Struct(f"<{_STATE_FORM}")
 _TARGET = struct.Struct(f"<H6x{NAME_BYTES}s13d")
 _TEAM = struct.Struct("<HHI")
 
 
 def pack_state(state: VehicleState) -> bytes:
     """Return the wire form of one state."""
-    return _STATE.pack(
+    return _STATE.pack(*_flat(state))
+
+
+def _flat(state: VehicleState) -> tuple[Any, ...]:
+    name, system_id, sequence, time, position, velocity, quaternion, mode, armed, phase = state
+    return (
         SCHEMA,
-        state.system_id,
-        state.armed,
-        state.sequence,
-        state.time,
-        state.custom_mode,
-        state.name.encode(),
-        state.phase,
-        *state.position,
-        *state.velocity,
-        *state.quaternion,
+        system_id,
+        armed,
+        sequence,
+        time,
+        mode,
+        name.encode(),
+        phase,
+        *position,
+        *velocity,
+        *quaternion,
     )
 
 
@@ -104,9 +112,17 @@ def unpack_state(data: bytes) -> VehicleState:
     )
 
 
-def pack_team(sequence: int, states: list[bytes]) -> bytes:
-    """Return one message with all (packed) states of a tick."""
-    return _TEAM.pack(SCHEMA, len(states), sequence) + b"".join(states)
+def pack_team(sequence: int, states: Sequence[VehicleState]) -> bytes:
+    """Return one message with all states of a tick."""
+    values: list[Any] = [SCHEMA, len(states), sequence]
+    for state in states:
+        values += _flat(state)
+    return _team_of(len(states)).pack(*values)
+
+
+@cache
+def _team_of(count: int) -> struct.Struct:
+    return struct.Struct(_TEAM.format + count * _STATE_FORM)
 
 
 def unpack_team(data: bytes) -> tuple[int, list[VehicleState]]:

@@ -61,5 +61,5 @@ def test_they_count_and_print_like_any_other():
 
 
 def test_a_field_too_few_is_a_mistake():
-    with pytest.raises(ValueError, match="zip"):
+    with pytest.raises(TypeError, match="intended_custom_mode"):
         extra.current_mode(1, 2)

@@ -126,7 +126,7 @@ def test_several_vehicles_behind_one_port_are_told_apart():
 
 def mirrored(vehicle):
     """Return the last heartbeat again."""
-    twin = Codec(vehicle.codec._mav.srcSystem, vehicle.codec._mav.srcComponent)
+    twin = Codec(vehicle.codec.system_id, vehicle.codec.component_id)
     return twin.encode([mav.MAVLink_heartbeat_message(*vehicle.kind, 1, 0, 3, 3)])
 
 

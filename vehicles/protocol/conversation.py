@@ -1,6 +1,6 @@
 """One link's side of a vehicle: its codec, its rates, and who answers which message."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from ...transport.mavlink import AUTOPILOT_COMPONENT, Codec, Message, mav
 from .clock import ClockService
@@ -18,7 +18,7 @@ from .streams import Streams
 if TYPE_CHECKING:
     from ..vehicle import Vehicle
 
-_HEARTBEAT: int = mav.MAVLINK_MSG_ID_HEARTBEAT
+_HEARTBEAT: Final[int] = mav.MAVLINK_MSG_ID_HEARTBEAT
 
 
 class Conversation:
@@ -57,6 +57,8 @@ class Conversation:
             ClockService(lambda: telemetry.now_us, answers_ping=autopilot.personality.answers_ping),
             LogService(),
         ]
+        self._busy = False  # paced services: else they have nothing to send, and not heard the time
+        self._rousing = {name for service in self._paced for name in service.handlers}
         self._pending: list[Message] = []
         self._autopilot = autopilot
         self._handlers: dict[str, Handler] = {}
@@ -78,27 +80,41 @@ class Conversation:
         if not self._spoken:
             self._spoken = True
             self.streams.heard(self.telemetry.now_us)
-            for service in self._paced:  # nobody has told them the time yet
-                service.due(self.telemetry.now_us * 1e-6)
-        handler = self._handlers.get(message.get_type())
+        name = message.get_type()
+        handler = self._handlers.get(name)
         if handler is None or not self._is_for_us(message):
             return []
+        if name in self._rousing and not self._busy:
+            self._busy = True
+            for service in self._paced:  # nobody has told them the time for a while
+                service.due(self.telemetry.now_us * 1e-6)
         return handler(message)
 
     def due(self, broadcasts: list[Message]) -> list[Message]:
         """Return what is to be sent now: news for everybody, replies under way, telemetry."""
-        now_us = self.telemetry.now_us
+        now_us, streams = self.telemetry.now_us, self.streams
+        is_time = now_us >= streams.next_due_us
+        if not (is_time or self._busy or broadcasts):
+            return []
         if self._spoken:
-            messages = [*broadcasts, *self._pending]
-            self._pending.clear()
-            now = now_us * 1e-6
-            for service in self._paced:
-                messages += service.due(now)
+            messages = [*broadcasts, *self._go_on()] if self._busy else broadcasts.copy()
         else:
             messages = [m for m in broadcasts if m.get_msgId() == _HEARTBEAT]
-        if now_us >= self.streams.next_due_us:
-            made = map(self.telemetry.make, self.streams.due(now_us))
-            messages += [m for m in made if m is not None]
+        if is_time:
+            for message_id in streams.due(now_us):
+                message = self.telemetry.make(message_id)
+                if message is not None:
+                    messages.append(message)
+        return messages
+
+    def _go_on(self) -> list[Message]:
+        """Return what paced services send now."""
+        messages = self._pending
+        self._pending = []
+        now = self.telemetry.now_us * 1e-6
+        for service in self._paced:
+            messages += service.due(now)
+        self._busy = any(service.busy for service in self._paced)
         return messages
 
     def _introduce(self) -> None:
@@ -118,13 +134,15 @@ class Conversation:
 
     def _is_for_us(self, message: Message) -> bool:
         """Return whether a message is not our own echo and means us, or everybody."""
-        sender = message.get_srcSystem(), message.get_srcComponent()
-        if sender == (self._system_id, AUTOPILOT_COMPONENT):
+        system = message.get_srcSystem()
+        if system == self._system_id and message.get_srcComponent() == AUTOPILOT_COMPONENT:
             return False
-        settings, is_outside = self._autopilot.settings, self.channel is not None
-        if settings.gcs_enforced and is_outside and sender[0] != settings.gcs_system_id:
+        if self.channel is not None:
+            settings = self._autopilot.settings
+            if settings.gcs_enforced and system != settings.gcs_system_id:
+                return False
+        target = message.target_system
+        if target and target != self._system_id:
             return False
-        if getattr(message, "target_system", 0) not in (0, self._system_id):
-            return False
-        component = getattr(message, "target_component", 0)
-        return self._any_component or component in (0, AUTOPILOT_COMPONENT)
+        component = message.target_component
+        return not component or component == AUTOPILOT_COMPONENT or self._any_component

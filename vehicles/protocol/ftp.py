@@ -98,6 +98,11 @@ class FtpService:
             **dict.fromkeys(_WRITING, _refuse_to_write),
         }
 
+    @property
+    def busy(self) -> bool:
+        """Whether files are open, which are closed when nobody asks for them any more."""
+        return bool(self._sessions)
+
     def due(self, now: float) -> list[Message]:
         """Return the next packets of the bursts under way."""
         self._now = now

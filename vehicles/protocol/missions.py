@@ -57,6 +57,12 @@ class MissionService:
             "MISSION_SET_CURRENT": self._on_set_current,
         }
 
+    @property
+    def busy(self) -> bool:
+        """Whether somebody on this link uploads."""
+        upload = self._store.upload
+        return upload is not None and upload.sender.link is self
+
     def due(self, now: float) -> list[Message]:
         """Ask again for an item that has not come; give up when nothing comes at all."""
         upload = self._store.upload

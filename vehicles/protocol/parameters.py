@@ -65,6 +65,11 @@ class ParameterService:
         self._hash_due = False
         self._answered = 0  # reads and sets since the last `due`
 
+    @property
+    def busy(self) -> bool:
+        """Whether a list is under way."""
+        return self._hash_due or self._next < self._count
+
     def due(self, now: float) -> list[Message]:
         """Return the next values of a list that was asked for."""
         self._now = now

@@ -21,6 +21,11 @@ class Service(Protocol):
 class PacedService(Service, Protocol):
     """A service that also sends later: lists under way, and requests that it repeats."""
 
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way; else `due` returns nothing until the next message."""
+        ...
+
     def due(self, now: float) -> list[Message]:
-        """Return what is to be sent unasked at `now`, s since boot; called every 10 ms."""
+        """Return what is to be sent unasked at `now`, s since boot; called often while busy."""
         ...

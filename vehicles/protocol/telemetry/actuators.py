@@ -23,9 +23,10 @@ _OUTPUTS = 32  # of ACTUATOR_OUTPUT_STATUS
 def throttle(v: View) -> float:
     """Return the thrust told to the rotors, or the speed to the wheels, as a share: 0..1."""
     outputs = v.robot.outputs()
-    if v.autopilot.flies:
-        return min(1.0, sum(share * share for share in outputs) / len(outputs))
-    return min(1.0, abs(sum(outputs)) / len(outputs))
+    total = 0.0  # added up one by one, since `sum` rounds otherwise from Python 3.12 on
+    for share in outputs:
+        total += share * share if v.autopilot.flies else share
+    return min(1.0, abs(total) / len(outputs))
 
 
 def servo_output_raw(v: View) -> Message:

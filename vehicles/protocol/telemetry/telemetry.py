@@ -17,19 +17,11 @@ class Telemetry:
 
     def __init__(self, autopilot: Autopilot, robot: Robot) -> None:
         self.autopilot = autopilot
+        self.now_us = 0
         self._view = View(autopilot, robot)
         stack = autopilot.personality.name
         self._makers = {i: row.make for i, row in MESSAGES.items() if stack in row.stacks}
         self._lists_modes = CURRENT_MODE_ID in self._makers
-
-    @property
-    def now_us(self) -> int:
-        """Return microseconds since boot."""
-        return self._view.now_us
-
-    @now_us.setter
-    def now_us(self, now_us: int) -> None:
-        self._view.now_us = now_us
 
     @property
     def ids(self) -> frozenset[int]:
@@ -47,7 +39,10 @@ class Telemetry:
     def make(self, message_id: int) -> Message | None:
         """Return a message as things are now; None when there is none to send."""
         maker = self._makers.get(message_id)
-        return maker(self._view) if maker else None
+        if maker is None:
+            return None
+        self._view.now_us = self.now_us
+        return maker(self._view)
 
     def request(self, message_id: int, index: float = 0.0) -> list[Message]:
         """Return what REQUEST_MESSAGE asks for; nothing means that it is refused.
