@@ -1,17 +1,18 @@
 """The quadcopter's inner loops: attitude, yaw, thrust and the mixer (paper eq. 17, 19 and 20)."""
 
 from math import asin, atan, atan2, cos, hypot, inf, pi, sin, sqrt, tan
+from typing import Final
 
-from .mixer import Wrench, allocate, clip
+from .mixer import allocate, clip
 from .physics import GRAVITY
 from .pid import Gains, Pid
-from .quadcopter import QuadcopterParams, QuadcopterState, RotorSpeeds
+from .quadcopter import QuadcopterParams, RotorSpeeds, StateVector
 from .quadcopter_tuning import QuadcopterTuning
 from .robot import AttitudeSetpoint
 
-_YAW_LEAD = 0.2  # rad, how far a yaw reference may run ahead of the vehicle
-_YAW_TRIM = 0.1  # rad: the integral trims small errors only, else a step would wind it up
-_MIN_LIFT = 0.3  # floor of cos(roll) cos(pitch) in (17), and of lift over weight
+_YAW_LEAD: Final = 0.2  # rad, how far a yaw reference may run ahead of the vehicle
+_YAW_TRIM: Final = 0.1  # rad: the integral trims small errors only, else a step would wind it up
+_MIN_LIFT: Final = 0.3  # floor of cos(roll) cos(pitch) in (17), and of lift over weight
 
 
 class AttitudeControl:
@@ -20,6 +21,11 @@ class AttitudeControl:
     def __init__(self, params: QuadcopterParams, tuning: QuadcopterTuning, dt: float) -> None:
         self._p = params
         self._dt = dt
+        self._mass = params.mass
+        self._arm = params.arm_length
+        self._torque_per_thrust = params.torque_per_thrust
+        self._max_thrust = params.max_rotor_thrust
+        self._per_coefficient = 1 / params.thrust_coefficient
         self._lift_max = 4 * params.max_rotor_thrust / params.mass
         self._yaw = Pid(Gains(0.0))
         self.retune(tuning)
@@ -27,14 +33,17 @@ class AttitudeControl:
 
     def retune(self, tuning: QuadcopterTuning) -> None:
         """Take up new gains and limits, keeping the integral."""
-        self._t = t = tuning
-        p, printed = self._p, tuning.printed_form
-        self._yaw.gains = Gains(t.yaw_p, t.yaw_i, t.yaw_d, 100.0 if printed else 0.5)
+        p, t, printed = self._p, tuning, tuning.printed_form
+        self._printed = printed
+        self._roll_p = t.roll_p
+        self._roll_d = t.roll_d
+        self._tilt_limit = t.tilt_limit
+        self._yaw_rate_max = t.yaw_rate_max
+        self._yaw.retune(Gains(t.yaw_p, t.yaw_i, t.yaw_d, 100.0 if printed else 0.5))
         self._yaw_error_max = inf if printed else t.yaw_rate_max * t.yaw_d / t.yaw_p
         self._yaw_trim = inf if printed else _YAW_TRIM
         self._inertia = (1.0, 1.0, 1.0) if printed else (p.inertia_x, p.inertia_y, p.inertia_z)
         self._tan_tilt_limit = tan(t.tilt_limit)
-        self._mix = clip if printed else allocate
 
     def reset(self) -> None:
         """Forget the integral and held references."""
@@ -44,7 +53,7 @@ class AttitudeControl:
 
     def accelerate(
         self,
-        s: QuadcopterState,
+        s: StateVector,
         acceleration: tuple[float, float, float],
         yaw_target: float | None,
         yaw_rate: float | None,
@@ -53,11 +62,11 @@ class AttitudeControl:
 
         The derivative of an angle comes from body rates.
         """
-        roll, pitch, yaw, upright = _euler(s)
+        roll, pitch, yaw, upright = _euler(s[6], s[7], s[8], s[9])
         roll_cmd, pitch_cmd = self._tilt(acceleration, yaw)
         yaw_error, yaw_rate_cmd = self._yaw_error(yaw, yaw_target, yaw_rate)
         roll_speed = pitch_speed = 0.0
-        if self._t.printed_form:
+        if self._printed:
             last = self._last_tilt or (roll_cmd, pitch_cmd)
             self._last_tilt = (roll_cmd, pitch_cmd)
             roll_speed = (roll_cmd - last[0]) / self._dt
@@ -67,13 +76,13 @@ class AttitudeControl:
             roll_cmd - roll,
             pitch_cmd - pitch,
             yaw_error,
-            roll_speed - s.roll_rate,
-            pitch_speed - s.pitch_rate,
-            yaw_rate_cmd - s.yaw_rate,
+            roll_speed - s[10],
+            pitch_speed - s[11],
+            yaw_rate_cmd - s[12],
         )
 
     def point(
-        self, s: QuadcopterState, setpoint: AttitudeSetpoint, a_down: float | None
+        self, s: StateVector, setpoint: AttitudeSetpoint, a_down: float | None
     ) -> RotorSpeeds:
         """Return the rotor speeds for a pilot's angles, or body rates where there are none.
 
@@ -81,28 +90,30 @@ class AttitudeControl:
         the tilt limit are scaled down together, so their direction stays.
         """
         target_roll, target_pitch, target_yaw, yaw_rate, thrust, _, roll_rate, pitch_rate = setpoint
-        roll, pitch, yaw, upright = _euler(s)
+        roll, pitch, yaw, upright = _euler(s[6], s[7], s[8], s[9])
         if a_down is None:
-            force = (thrust or 0.0) * 4 * self._p.max_rotor_thrust
+            force = (thrust or 0.0) * 4 * self._max_thrust
         else:
             force = self._thrust(a_down, upright)
+        roll_error = pitch_error = yaw_error = 0.0
         if target_roll is None and target_pitch is None:
             self._yaw_target = None
-            errors = 0.0, 0.0, 0.0
         else:
             target_roll, target_pitch = target_roll or 0.0, target_pitch or 0.0
             tilt = hypot(target_roll, target_pitch)
-            if tilt > self._t.tilt_limit:
-                target_roll *= self._t.tilt_limit / tilt
-                target_pitch *= self._t.tilt_limit / tilt
+            if tilt > self._tilt_limit:
+                target_roll *= self._tilt_limit / tilt
+                target_pitch *= self._tilt_limit / tilt
             yaw_error, yaw_rate = self._yaw_error(yaw, target_yaw, yaw_rate)
-            errors = target_roll - roll, target_pitch - pitch, yaw_error
+            roll_error, pitch_error = target_roll - roll, target_pitch - pitch
         return self._rotors(
             force,
-            *errors,
-            (roll_rate or 0.0) - s.roll_rate,
-            (pitch_rate or 0.0) - s.pitch_rate,
-            (yaw_rate or 0.0) - s.yaw_rate,
+            roll_error,
+            pitch_error,
+            yaw_error,
+            (roll_rate or 0.0) - s[10],
+            (pitch_rate or 0.0) - s[11],
+            (yaw_rate or 0.0) - s[12],
         )
 
     def _rotors(
@@ -116,27 +127,30 @@ class AttitudeControl:
         yaw_rate_error: float,
     ) -> RotorSpeeds:
         """Return the rotor speeds for a thrust (N) and what is wrong in roll, pitch and yaw."""
-        p, t = self._p, self._t
         inertia_x, inertia_y, inertia_z = self._inertia
-        roll_torque = inertia_x * (t.roll_p * roll_error + t.roll_d * roll_rate_error)
-        pitch_torque = inertia_y * (t.roll_p * pitch_error + t.roll_d * pitch_rate_error)
+        roll_torque = inertia_x * (self._roll_p * roll_error + self._roll_d * roll_rate_error)
+        pitch_torque = inertia_y * (self._roll_p * pitch_error + self._roll_d * pitch_rate_error)
         limit = self._yaw_error_max
         limited = -limit if yaw_error < -limit else limit if yaw_error > limit else yaw_error
         dt = self._dt if abs(yaw_error) < self._yaw_trim else 0.0
         yaw_torque = inertia_z * self._yaw.update(limited, yaw_rate_error, dt)
-        yaw_limit = 0.3 * thrust * p.torque_per_thrust
+        yaw_limit = 0.3 * thrust * self._torque_per_thrust
         if yaw_torque > yaw_limit:
             yaw_torque = yaw_limit
         elif yaw_torque < -yaw_limit:
             yaw_torque = -yaw_limit
-        wrench = Wrench(thrust, roll_torque, pitch_torque, yaw_torque)
-        f1, f2, f3, f4 = self._mix(wrench, p.arm_length, p.torque_per_thrust, p.max_rotor_thrust)
-        k = 1 / p.thrust_coefficient
-        return RotorSpeeds(sqrt(f1 * k), sqrt(f2 * k), sqrt(f3 * k), sqrt(f4 * k))
+        wrench = (thrust, roll_torque, pitch_torque, yaw_torque)
+        if self._printed:
+            thrusts = clip(wrench, self._arm, self._torque_per_thrust, self._max_thrust)
+        else:
+            thrusts = allocate(wrench, self._arm, self._torque_per_thrust, self._max_thrust)
+        f1, f2, f3, f4 = thrusts
+        k = self._per_coefficient
+        return sqrt(f1 * k), sqrt(f2 * k), sqrt(f3 * k), sqrt(f4 * k)
 
     def _thrust(self, a_down: float, upright: float) -> float:
         """Return the thrust (N) for a vertical acceleration at an attitude (eq. 17)."""
-        thrust = self._p.mass * (GRAVITY - a_down)
+        thrust = self._mass * (GRAVITY - a_down)
         return thrust / (upright if upright > _MIN_LIFT else _MIN_LIFT) if thrust > 0 else 0.0
 
     def _tilt(self, acceleration: tuple[float, float, float], yaw: float) -> tuple[float, float]:
@@ -146,7 +160,7 @@ class AttitudeControl:
         of M g; we divide by the lift asked for and take the arc tangent, so that climbing does
         not disturb a horizontal acceleration. `printed_form` keeps both assumptions.
         """
-        printed = self._t.printed_form
+        printed = self._printed
         an, ae, ad = acceleration
         lift = GRAVITY if printed else GRAVITY - ad
         if lift > self._lift_max:
@@ -169,7 +183,7 @@ class AttitudeControl:
         self, yaw: float, target: float | None, rate: float | None
     ) -> tuple[float, float]:
         """Return yaw error and rate feed-forward; a rate alone moves the held yaw target."""
-        rate_max = self._t.yaw_rate_max
+        rate_max = self._yaw_rate_max
         rate = rate or 0.0
         rate = -rate_max if rate < -rate_max else rate_max if rate > rate_max else rate
         if target is None:
@@ -182,9 +196,8 @@ class AttitudeControl:
         return _wrapped(target - yaw), rate
 
 
-def _euler(s: QuadcopterState) -> tuple[float, float, float, float]:
-    """Return roll, pitch, yaw and cos(roll) cos(pitch)."""
-    qw, qx, qy, qz = s.qw, s.qx, s.qy, s.qz
+def _euler(qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float, float]:
+    """Return roll, pitch, yaw and cos(roll) cos(pitch) of an attitude."""
     sin_pitch = 2 * (qw * qy - qz * qx)
     upright = 1 - 2 * (qx * qx + qy * qy)
     return (

@@ -1,24 +1,10 @@
 """Thrust and torques to the four rotors of a plus-frame quadcopter and back (paper eq. 20)."""
 
-from typing import NamedTuple
+Wrench = tuple[float, float, float, float]
+"""Total thrust (N, along body -z), then torques in roll, pitch and yaw (N m, FRD)."""
 
-
-class Wrench(NamedTuple):
-    """Total thrust (N, along body -z) and torques about the body axes (N m, FRD)."""
-
-    thrust: float
-    roll: float
-    pitch: float
-    yaw: float
-
-
-class RotorThrusts(NamedTuple):
-    """Thrusts of rotors 1 front, 2 right, 3 rear and 4 left, N."""
-
-    f1: float
-    f2: float
-    f3: float
-    f4: float
+RotorThrusts = tuple[float, float, float, float]
+"""Thrusts of rotors 1 front, 2 right, 3 rear and 4 left, N."""
 
 
 def wrench_of(f: RotorThrusts, arm: float, torque_per_thrust: float) -> Wrench:
@@ -27,11 +13,11 @@ def wrench_of(f: RotorThrusts, arm: float, torque_per_thrust: float) -> Wrench:
     Its first row is printed as -1; it is +1 here, with thrust positive as in (10) and (17).
     """
     f1, f2, f3, f4 = f
-    return Wrench(
-        thrust=f1 + f2 + f3 + f4,
-        roll=arm * (f4 - f2),
-        pitch=arm * (f1 - f3),
-        yaw=torque_per_thrust * (f2 - f1 + f4 - f3),
+    return (
+        f1 + f2 + f3 + f4,
+        arm * (f4 - f2),
+        arm * (f1 - f3),
+        torque_per_thrust * (f2 - f1 + f4 - f3),
     )
 
 
@@ -44,7 +30,7 @@ def clip(wrench: Wrench, arm: float, torque_per_thrust: float, max_thrust: float
     a, b, c = pitch / (2 * arm), roll / (2 * arm), yaw / (4 * torque_per_thrust)
     base = min(thrust / 4, max_thrust)
     f1, f2, f3, f4 = base - c + a, base + c - b, base - c - a, base + c + b
-    return RotorThrusts(
+    return (
         min(max(f1, 0.0), max_thrust),
         min(max(f2, 0.0), max_thrust),
         min(max(f3, 0.0), max_thrust),
@@ -87,6 +73,9 @@ def allocate(
     elif c > high:
         c = high
     f1, f2, f3, f4 = base - c + a, base + c - b, base - c - a, base + c + b
-    return RotorThrusts(  # rounding can leave a stopped rotor a hair below zero
-        f1 if f1 > 0 else 0.0, f2 if f2 > 0 else 0.0, f3 if f3 > 0 else 0.0, f4 if f4 > 0 else 0.0
+    return (  # rounding can leave a stopped rotor a hair below zero
+        f1 if f1 > 0 else 0.0,
+        f2 if f2 > 0 else 0.0,
+        f3 if f3 > 0 else 0.0,
+        f4 if f4 > 0 else 0.0,
     )

@@ -3,9 +3,9 @@
 from collections.abc import Collection
 from dataclasses import Field, fields
 from math import isfinite
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Final, Protocol
 
-GRAVITY = 9.80665  # m/s^2
+GRAVITY: Final = 9.80665  # m/s^2
 
 Force = tuple[float, float, float]
 """A force along the body axes (FRD), N."""

@@ -13,7 +13,6 @@ class Gains:
     i_limit: float = 0.0
 
 
-@dataclass(slots=True)
 class Pid:
     """A PID whose caller owns time: pass the error, its rate and `dt`.
 
@@ -22,20 +21,27 @@ class Pid:
     while something downstream is saturated.
     """
 
-    gains: Gains
-    integral: float = 0.0
+    def __init__(self, gains: Gains, integral: float = 0.0) -> None:
+        self.integral = integral
+        self.retune(gains)
+
+    def retune(self, gains: Gains) -> None:
+        """Take up new gains, keeping the integral."""
+        self._p = gains.p
+        self._i = gains.i
+        self._d = gains.d
+        self._i_limit = gains.i_limit
 
     def update(self, error: float, error_rate: float, dt: float) -> float:
         """Return the control output for this step."""
-        g = self.gains
-        integral = self.integral + g.i * error * dt
-        limit = g.i_limit
+        integral = self.integral + self._i * error * dt
+        limit = self._i_limit
         if integral > limit:
             integral = limit
         elif integral < -limit:
             integral = -limit
         self.integral = integral
-        return g.p * error + integral + g.d * error_rate
+        return self._p * error + integral + self._d * error_rate
 
     def reset(self) -> None:
         """Forget the past; called on every arm and mode change."""

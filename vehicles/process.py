@@ -4,6 +4,7 @@ In lockstep the conductor grants simulated time over a control socket; free-runn
 clock does. Either way end-of-file on the control socket is the order to stop.
 """
 
+import math
 import socket
 import struct
 import time
@@ -18,6 +19,7 @@ from ..transport.mavlink import V2_MARKER, Message
 from ..transport.watcher import Watcher
 from .attention import Attention
 from .config import SLICE_US
+from .lockstep import advance
 from .protocol.conversation import Conversation
 from .routing import Router
 from .truth import TruthLog
@@ -29,6 +31,7 @@ DONE = struct.Struct("<qIIQ")
 """Vehicle to conductor: time reached (us), datagrams sent, outside clients so far, late slices."""
 
 LIVENESS_S = 10.0  # wall-clock patience with a partner that is silent
+_LOOK_S = 0.06  # how long a stranger outside may wait for a first answer, in lockstep
 _MAX_LAG_S = 0.5  # free-running: skip time rather than race to catch up by more
 _FLUSH_US = 250_000  # of vehicle time between two flushes of the truth log
 _DATAGRAM = 65535
@@ -82,31 +85,17 @@ class VehicleProcess:
         if control is None or coordinator is None:
             raise ValueError("lockstep needs a control and a coordinator socket")
         patience(coordinator, LIVENESS_S)
+        patience(control, _LOOK_S)
         watcher = Watcher(self._endpoints, control)
-        while True:
-            ready = watcher.wait(1.0)
-            self._pause_floods()
-            if not ready:  # paused: those who wait outside must not think we are gone
-                self._send_outside_heartbeat()
-            elif ready != {control}:
-                self._serve_outside()
-            if control not in ready:
-                continue
-            grant = _receive_exactly(control, GRANT.size)
-            if grant is None:
-                return
+        look_at = 0.0 if self._endpoints else math.inf
+        while (grant := self._next_grant(control, watcher)) is not None:
             until_us, expected = GRANT.unpack(grant)
-            out = []
-            for _ in range(expected):
-                try:
-                    data = coordinator.recv(_DATAGRAM)
-                except OSError:  # nothing in time, or nobody there any more
-                    raise VehicleError(
-                        f"a datagram of the coordinator was lost before {until_us / 1e6:.2f} s"
-                    ) from None
-                out.append(vehicle.handle(data, self._own))
-            while vehicle.now_us < until_us:
-                out.append(self._step())
+            if not self.outside_clients and time.monotonic() > look_at:
+                self._serve_outside()  # for grants may come without a pause
+                look_at = time.monotonic() + _LOOK_S
+            heard = [self._promised(coordinator, until_us) for _ in range(expected)]
+            others = self._report_outside if self._outside else None
+            out = advance(vehicle, self._own, heard, until_us, self._truth, others)
             if self._truth and until_us % _FLUSH_US == 0:
                 self._truth.flush()
             datagrams = _datagrams(out)
@@ -114,9 +103,40 @@ class VehicleProcess:
             try:
                 for datagram in datagrams:
                     coordinator.send(datagram)
-                control.sendall(done)
+                control.send(done)
             except ConnectionError:  # they have ended: for us the same as end-of-file
                 return
+        with suppress(OSError):
+            control.send(DONE.pack(vehicle.now_us, 0, self.outside_clients, self.late))
+
+    def _next_grant(self, control: socket.socket, watcher: Watcher) -> bytes | None:
+        """Serve outside clients until a grant comes; return it, None at end-of-file.
+
+        Without any it waits for the grant alone at first: one system call instead of two.
+        """
+        while True:
+            try:
+                if not self.outside_clients:
+                    return _receive_exactly(control, GRANT.size)
+            except BlockingIOError:
+                pass
+            ready = watcher.wait(1.0)
+            self._pause_floods()
+            if not ready:  # paused: those who wait outside must not think we are gone
+                self._send_outside_heartbeat()
+            elif ready != {control}:
+                self._serve_outside()
+            if control in ready:
+                return _receive_exactly(control, GRANT.size)
+
+    def _promised(self, coordinator: socket.socket, until_us: int) -> bytes:
+        """Return the next datagram of the coordinator, which has been sent."""
+        try:
+            return coordinator.recv(_DATAGRAM)
+        except OSError:  # nothing in time, or nobody there any more
+            raise VehicleError(
+                f"a datagram of the coordinator was lost before {until_us / 1e6:.2f} s"
+            ) from None
 
     def run_free(
         self,
@@ -180,10 +200,13 @@ class VehicleProcess:
         if self._truth:
             self._truth.write(vehicle.now_us * 1e-6 + self._skipped_s, vehicle.robot)
         broadcasts = vehicle.take_broadcasts()
-        for link, client in self._outside.items():
-            if data := vehicle.report(client.conversation, broadcasts):
-                link.send(data)
+        self._report_outside(broadcasts)
         return vehicle.report(self._own, broadcasts) if self._coordinator else b""
+
+    def _report_outside(self, broadcasts: list[Message]) -> None:
+        for link, client in self._outside.items():
+            if data := self.vehicle.report(client.conversation, broadcasts):
+                link.send(data)
 
     def _serve_coordinator(self) -> None:
         if self._coordinator is None:
@@ -282,13 +305,17 @@ def _datagrams(parts: list[bytes]) -> list[bytes]:
 
 
 def _receive_exactly(sock: socket.socket, size: int) -> bytes | None:
-    """Return `size` bytes, None at end-of-file."""
+    """Return `size` bytes, None at end-of-file; raise BlockingIOError when nothing comes."""
     data = b""
     while len(data) < size:
         try:
             part = sock.recv(size - len(data))
         except ConnectionError:
             return None
+        except BlockingIOError:
+            if not data:
+                raise
+            continue
         if not part:
             return None
         data += part

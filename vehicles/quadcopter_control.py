@@ -1,24 +1,25 @@
 """The quadcopter's outer loops: position, velocity and height (paper eq. 17 and 18)."""
 
 from math import copysign, inf, sqrt, tan
+from typing import Final
 
 from .attitude_control import AttitudeControl
 from .physics import GRAVITY
 from .pid import Gains, Pid
-from .quadcopter import QuadcopterParams, QuadcopterState, RotorSpeeds
+from .quadcopter import QuadcopterParams, RotorSpeeds, StateVector
 from .quadcopter_tuning import QuadcopterTuning
 from .robot import AttitudeSetpoint, Limits, Setpoint, Vec3
 
-_IDLE = 0.12  # share of full rotor speed while armed on the ground
-_CLIMBS = 0.02  # m/s (m/s^2): so much asks to leave the ground
-_HEIGHT_LEAD = 0.5  # m, how far a height reference may run ahead of the vehicle
-_HEIGHT_TRIM = 0.3  # m: integrals trim small errors only, else a step would wind them up
-_BRAKING_TIME = 0.7  # s: a hold begins this far ahead, horizontally
-_CLIMB_BRAKING_TIME = 0.35  # s: and vertically
-_BRAKING_LAG = 0.35  # s before the vehicle leans against its motion
-_STOPPING = 3.5  # m/s^2, of a hold that begins fast
-_BRAKING = 2.0  # m/s^2, before a position, where `accel_max` does not say
-_BRAKING_SHARE = 0.7  # of `accel_max`: the rest corrects
+_IDLE: Final = 0.12  # share of full rotor speed while armed on the ground
+_CLIMBS: Final = 0.02  # m/s (m/s^2): so much asks to leave the ground
+_HEIGHT_LEAD: Final = 0.5  # m, how far a height reference may run ahead of the vehicle
+_HEIGHT_TRIM: Final = 0.3  # m: integrals trim small errors only, else a step would wind them up
+_BRAKING_TIME: Final = 0.7  # s: a hold begins this far ahead, horizontally
+_CLIMB_BRAKING_TIME: Final = 0.35  # s: and vertically
+_BRAKING_LAG: Final = 0.35  # s before the vehicle leans against its motion
+_STOPPING: Final = 3.5  # m/s^2, of a hold that begins fast
+_BRAKING: Final = 2.0  # m/s^2, before a position, where `accel_max` does not say
+_BRAKING_SHARE: Final = 0.7  # of `accel_max`: the rest corrects
 
 
 class QuadcopterControl:
@@ -40,7 +41,12 @@ class QuadcopterControl:
         """Take up new gains and limits, keeping integrals and held references."""
         self.tuning = t = tuning
         self._attitude.retune(t)
-        self._altitude.gains = Gains(t.altitude_p, t.altitude_i, t.altitude_d, t.altitude_i_limit)
+        self._altitude.retune(Gains(t.altitude_p, t.altitude_i, t.altitude_d, t.altitude_i_limit))
+        self._position_d = t.position_d
+        self._altitude_p = t.altitude_p
+        self._altitude_d = t.altitude_d
+        self._climb_accel_max = t.climb_accel_max
+        self._spool_time = t.spool_time
         self._speed_per_metre = t.position_p / t.position_d
         self._metres_per_climb = t.altitude_d / t.altitude_p
         self._height_trim = inf if t.printed_form else _HEIGHT_TRIM
@@ -74,19 +80,17 @@ class QuadcopterControl:
         self._v_down = 0.0  # and its speed
         self._spooled = 0.0  # s since rotors on the ground began to turn faster
 
-    def update(self, state: QuadcopterState, setpoint: Setpoint, on_ground: bool) -> RotorSpeeds:
+    def update(self, state: StateVector, setpoint: Setpoint, on_ground: bool) -> RotorSpeeds:
         """Return the rotor speed commands for the next `dt`.
 
         On the ground the rotors idle until the setpoint asks to go up, then spool up.
         """
-        if on_ground and (rotors := self._standing(_asks_up(setpoint, state))):
+        if on_ground and (rotors := self._standing(_asks_up(setpoint, state[2]))):
             return rotors
         acceleration = self._acceleration(state, setpoint)
         return self._attitude.accelerate(state, acceleration, setpoint.yaw, setpoint.yaw_rate)
 
-    def point(
-        self, state: QuadcopterState, setpoint: AttitudeSetpoint, on_ground: bool
-    ) -> RotorSpeeds:
+    def point(self, state: StateVector, setpoint: AttitudeSetpoint, on_ground: bool) -> RotorSpeeds:
         """Return the rotor speed commands for a pilot's angles and thrust or climb rate.
 
         On the ground the rotors only turn, all alike, until they lift the vehicle.
@@ -101,8 +105,7 @@ class QuadcopterControl:
             return self._attitude.point(state, setpoint, None)
         if on_ground and (rotors := self._standing(climb > _CLIMBS)):
             return rotors
-        soft = self.tuning.climb_accel_max
-        a_down = self._vertical(state, None, -climb, 0.0, soft)
+        a_down = self._vertical(state, None, -climb, 0.0, self._climb_accel_max)
         return self._attitude.point(state, setpoint, a_down)
 
     def _standing(self, asks_up: bool) -> RotorSpeeds | None:
@@ -110,13 +113,13 @@ class QuadcopterControl:
         if not asks_up:
             self.reset()
             return self._idle
-        whole = self.tuning.spool_time
+        whole = self._spool_time
         if self._spooled >= whole:
             return None
         self._spooled += self._dt
         return self._evenly(_IDLE + (self._hover - _IDLE) * min(self._spooled / whole, 1.0))
 
-    def _acceleration(self, s: QuadcopterState, setpoint: Setpoint) -> tuple[float, float, float]:
+    def _acceleration(self, s: StateVector, setpoint: Setpoint) -> tuple[float, float, float]:
         """Return the acceleration to fly, NED (eq. 18 and the braces of 17).
 
         Both are written as eq. 18: a = Kd (v_cmd - v) + a_f, v_cmd = Kp/Kd e + v_d + v_f.
@@ -124,7 +127,7 @@ class QuadcopterControl:
         that Kp/Kd e could not be braked from, it is what can: sqrt(2 a e), moved to join.
         """
         position, velocity, acceleration, _, _ = setpoint
-        braking, accel_max, soft = self._braking, self._accel_max, self.tuning.climb_accel_max
+        braking, accel_max, soft = self._braking, self._accel_max, self._climb_accel_max
         if position is None and velocity is None and acceleration is None:
             position = self._hold
             if position is None:
@@ -137,14 +140,17 @@ class QuadcopterControl:
             assert acceleration is not None  # noqa: S101 for the type checker
             return self._limited(s, acceleration)
 
-        vn, ve, vd = velocity or (0.0, 0.0, 0.0)
-        an, ae, ad = acceleration or (0.0, 0.0, 0.0)
+        vn = ve = vd = an = ae = ad = 0.0
+        if velocity is not None:
+            vn, ve, vd = velocity
+        if acceleration is not None:
+            an, ae, ad = acceleration
         v_max = self._v_max
         down = None
         if position is not None:
             north, east, down = position
             k = self._speed_per_metre
-            pn, pe = k * (north - s.north), k * (east - s.east)
+            pn, pe = k * (north - s[0]), k * (east - s[1])
             speed = sqrt(pn * pn + pe * pe)
             joint = braking / k
             if speed > v_max or speed > joint:
@@ -154,27 +160,28 @@ class QuadcopterControl:
         speed = sqrt(vn * vn + ve * ve)
         if speed > v_max:
             vn, ve = vn * v_max / speed, ve * v_max / speed
-        d = self.tuning.position_d
-        an += d * (vn - s.v_north)
-        ae += d * (ve - s.v_east)
+        d = self._position_d
+        an += d * (vn - s[3])
+        ae += d * (ve - s[4])
         if accel_max < inf:
             size = sqrt(an * an + ae * ae)
             if size > accel_max:
                 an, ae = an * accel_max / size, ae * accel_max / size
         return an, ae, self._vertical(s, down, vd, ad, soft)
 
-    def _stopping_point(self, s: QuadcopterState) -> Vec3:
+    def _stopping_point(self, s: StateVector) -> Vec3:
         """Return where the vehicle can come to rest without flying back."""
-        speed = sqrt(s.v_north * s.v_north + s.v_east * s.v_east)
+        north, east, down, v_north, v_east, v_down = s[0], s[1], s[2], s[3], s[4], s[5]
+        speed = sqrt(v_north * v_north + v_east * v_east)
         time = max(_BRAKING_TIME, _BRAKING_LAG + speed / (2 * self._stopping))
         return Vec3(
-            s.north + s.v_north * time,
-            s.east + s.v_east * time,
-            s.down + s.v_down * _CLIMB_BRAKING_TIME,
+            north + v_north * time,
+            east + v_east * time,
+            down + v_down * _CLIMB_BRAKING_TIME,
         )
 
     def _vertical(
-        self, s: QuadcopterState, down: float | None, v_down: float, a_down: float, soft: float
+        self, s: StateVector, down: float | None, v_down: float, a_down: float, soft: float
     ) -> float:
         """Return the acceleration down that flies to a height, or a velocity where it is None.
 
@@ -184,19 +191,19 @@ class QuadcopterControl:
         v_down = -up if v_down < -up else fall if v_down > fall else v_down
         if down is None:
             if soft:
-                v_down = self._ramped(s.v_down, v_down, soft * self._dt)
-            down = self._advance_height(s.down, v_down)
+                v_down = self._ramped(s[5], v_down, soft * self._dt)
+            down = self._advance_height(s[2], v_down)
         else:
             self._height = None
-        error = limited = down - s.down
+        error = limited = down - s[2]
         if soft:
             limited = _braked(error, _BRAKING_SHARE * soft * per_climb * per_climb)
         low, high = (-up - v_down) * per_climb, (fall - v_down) * per_climb
         limited = low if limited < low else high if limited > high else limited
-        rate = v_down - s.v_down
+        rate = v_down - s[5]
         trims = abs(error) < self._height_trim
         if soft and self._height is None:  # the integral, too, and it must not wind up on this
-            p, rest = self.tuning.altitude_p, self.tuning.altitude_d * rate
+            p, rest = self._altitude_p, self._altitude_d * rate
             rest += self._altitude.integral
             soft_limited = min(max(limited, (-soft - rest) / p), (soft - rest) / p)
             trims = trims and soft_limited == limited
@@ -220,27 +227,27 @@ class QuadcopterControl:
         self._height = height
         return height
 
-    def _limited(self, s: QuadcopterState, acceleration: Vec3) -> tuple[float, float, float]:
+    def _limited(self, s: StateVector, acceleration: Vec3) -> tuple[float, float, float]:
         """Return an acceleration that does not push beyond the tilt and speed limits."""
-        t = self.tuning
         an, ae, ad = acceleration
         size, most = sqrt(an * an + ae * ae), self._slope_max
         if size > most:
             an, ae = an * most / size, ae * most / size
-        vn, ve, vd = s.v_north, s.v_east, s.v_down
+        vn, ve, vd = s[3], s[4], s[5]
         speed = sqrt(vn * vn + ve * ve)
         if speed > 0:
-            excess = (an * vn + ae * ve) / speed - t.position_d * (self._v_max - speed)
+            excess = (an * vn + ae * ve) / speed - self._position_d * (self._v_max - speed)
             if excess > 0:
                 an -= excess * vn / speed
                 ae -= excess * ve / speed
-        low, high = t.altitude_d * (-self._up_max - vd), t.altitude_d * (self._down_max - vd)
+        d = self._altitude_d
+        low, high = d * (-self._up_max - vd), d * (self._down_max - vd)
         return an, ae, low if ad < low else high if ad > high else ad
 
     def _evenly(self, share: float) -> RotorSpeeds:
         """Return all rotors at this share of full speed."""
         w = self._full * share
-        return RotorSpeeds(w, w, w, w)
+        return w, w, w, w
 
 
 def _braked(value: float, joint: float) -> float:
@@ -253,11 +260,11 @@ def _braked(value: float, joint: float) -> float:
     return value if size <= joint else copysign(sqrt(joint * (2 * size - joint)), value)
 
 
-def _asks_up(setpoint: Setpoint, state: QuadcopterState) -> bool:
-    """Return whether `setpoint` wants a quadcopter that stands on the ground to leave it."""
+def _asks_up(setpoint: Setpoint, down: float) -> bool:
+    """Return whether `setpoint` wants a quadcopter that stands at `down` to leave the ground."""
     position, velocity, acceleration, _, _ = setpoint
     if position is not None:
-        return position.down < state.down - 0.05
+        return position.down < down - 0.05
     if velocity is not None:
         return velocity.down < -_CLIMBS
     return acceleration is not None and acceleration.down < -_CLIMBS

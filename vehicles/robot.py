@@ -1,8 +1,12 @@
 """What an autopilot and a robot's physics say to one another. On board: NED, FRD, SI, radians."""
 
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from math import isfinite
+from typing import Final, NamedTuple
 
 from .physics import Force
+
+_SLOWEST: Final = 0.02  # m/s: less is no speed to go anywhere
 
 
 class Vec3(NamedTuple):
@@ -76,67 +80,117 @@ class Kinematics(NamedTuple):
     yaw_rate: float
 
 
-class Robot(Protocol):
+class Robot(ABC):
     """One robot's physics and onboard controllers: the seam where real hardware would go.
 
     The caller owns time: it calls `control` every `control_every` physics steps and `advance`
     once per physics step of `dt` seconds. A speed limit must be positive and finite, else
-    ValueError; one beyond reason is brought within it.
+    ValueError; one beyond reason (`fastest`, `fastest_climb` in m/s) is brought within it.
     """
 
-    dt: float
-    control_every: int
-    motors_on: bool  # set by arming; off means zero actuator commands
-    on_ground: bool
-    speed_limit: float | None  # m/s, horizontal, in place of `v_max`; None: that again
-    climb_limit: float | None  # m/s, in place of `v_up_max`; a rover only keeps it
-    descent_limit: float | None  # m/s, in place of `v_down_max`; likewise
-
-    def kinematics(self) -> Kinematics:
-        """Return the true state."""
-        ...
-
-    def control(self, setpoint: Setpoint | AttitudeSetpoint) -> None:
-        """Run the PID stack once (over `control_every * dt`) and set the actuator commands."""
-        ...
+    def __init__(self, dt: float, control_every: int, fastest: float, fastest_climb: float) -> None:
+        self.dt = dt
+        self.control_every = control_every
+        self.motors_on = False  # set by arming; off means zero actuator commands
+        self.on_ground = True
+        self._fastest = fastest
+        self._fastest_climb = fastest_climb
+        self._speed_limit: float | None = None
+        self._climb_limit: float | None = None
+        self._descent_limit: float | None = None
 
     @property
+    def speed_limit(self) -> float | None:
+        """The limit in m/s, horizontal, in place of `v_max`; None: that again."""
+        return self._speed_limit
+
+    @speed_limit.setter
+    def speed_limit(self, limit: float | None) -> None:
+        self._speed_limit = _checked("speed_limit", limit, self._fastest)
+        self._limits_changed()
+
+    @property
+    def climb_limit(self) -> float | None:
+        """The limit in m/s, in place of `v_up_max`; a rover only keeps it."""
+        return self._climb_limit
+
+    @climb_limit.setter
+    def climb_limit(self, limit: float | None) -> None:
+        self._climb_limit = _checked("climb_limit", limit, self._fastest_climb)
+        self._limits_changed()
+
+    @property
+    def descent_limit(self) -> float | None:
+        """The limit in m/s, in place of `v_down_max`; likewise."""
+        return self._descent_limit
+
+    @descent_limit.setter
+    def descent_limit(self, limit: float | None) -> None:
+        self._descent_limit = _checked("descent_limit", limit, self._fastest_climb)
+        self._limits_changed()
+
+    @abstractmethod
+    def place(self) -> tuple[float, float, float]:
+        """Return where it truly is: north, east, down."""
+
+    @abstractmethod
+    def kinematics(self) -> Kinematics:
+        """Return the true state."""
+
+    @abstractmethod
+    def control(self, setpoint: Setpoint | AttitudeSetpoint) -> None:
+        """Run the PID stack once (over `control_every * dt`) and set the actuator commands."""
+
+    @property
+    @abstractmethod
     def limits(self) -> Limits:
         """Return the limits that hold now."""
-        ...
 
+    @abstractmethod
     def retune(self, **changes: float) -> None:
         """Replace gains and limits by their names, also in flight.
 
         Raises ValueError, and changes nothing, for a name or value that cannot be.
         """
-        ...
 
+    @abstractmethod
     def reset_control(self) -> None:
         """Forget integrals and held references; called on every arm and mode change."""
-        ...
 
+    @abstractmethod
     def advance(self) -> None:
         """Advance physics and disturbance by one step of `dt`."""
-        ...
 
+    @abstractmethod
     def actuators(self) -> tuple[float, ...]:
         """Return actuator speeds (rad/s), then their commands, as `actuator_names` says."""
-        ...
 
+    @abstractmethod
     def outputs(self) -> tuple[float, ...]:
         """Return each actuator's command as a share of its most: rotors 0..1, wheels -1..1."""
-        ...
 
+    @abstractmethod
     def specific_force(self) -> Force:
         """Return the acceleration less gravity in m/s^2, along body axes: what an IMU feels."""
-        ...
 
+    @abstractmethod
     def shaft_power(self) -> float:
         """Return the mechanical power in W that the motors put into their shafts now."""
-        ...
 
     @property
+    @abstractmethod
     def actuator_names(self) -> tuple[str, ...]:
         """Column names, with unit, of `actuators` for the truth log."""
-        ...
+
+    @abstractmethod
+    def _limits_changed(self) -> None:
+        """Take up the speed limits."""
+
+
+def _checked(name: str, limit: float | None, fastest: float) -> float | None:
+    """Return `limit` within reason; raise ValueError where it is no speed."""
+    if limit is None:
+        return None
+    if not (isfinite(limit) and limit > 0):
+        raise ValueError(f"{name} must be positive and finite, got {limit}")
+    return max(_SLOWEST, min(limit, fastest))

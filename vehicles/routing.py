@@ -90,4 +90,4 @@ def target_of(message: Message) -> Address:
     """Return the system and component that a message is for; 0 is everybody."""
     if message.get_msgId() == mav.MAVLINK_MSG_ID_MANUAL_CONTROL:
         return message.target, 0
-    return getattr(message, "target_system", 0), getattr(message, "target_component", 0)
+    return message.target_system, message.target_component

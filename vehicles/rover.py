@@ -4,7 +4,6 @@ The paper writes its equations for z up. On board z is down, so the yaw's sign i
 positive yaw rate turns right, and the left wheel drives it.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 from typing import NamedTuple
@@ -34,13 +33,6 @@ class RoverParams:
         return self.inertia + self.mass * self.cg_offset**2
 
 
-class Wheels(NamedTuple):
-    """One quantity of both wheels: torque (N m) or speed (rad/s)."""
-
-    left: float = 0.0
-    right: float = 0.0
-
-
 class RoverState(NamedTuple):
     """Pose of point B in local NED (m, rad clockwise from north) and body velocity."""
 
@@ -51,7 +43,11 @@ class RoverState(NamedTuple):
     yaw_rate: float = 0.0  # rad/s about body z (down)
 
 
-Step = Callable[[RoverState, Wheels, Force | None], RoverState]
+StateVector = tuple[float, float, float, float, float]
+"""A RoverState without its names: what the hot path passes on."""
+
+Wheels = tuple[float, float]
+"""One quantity of the left and of the right wheel: torque (N m) or speed (rad/s)."""
 
 
 def wheel_speeds(speed: float, yaw_rate: float, p: RoverParams) -> Wheels:
@@ -61,7 +57,7 @@ def wheel_speeds(speed: float, yaw_rate: float, p: RoverParams) -> Wheels:
     of (6) is l omega / r.
     """
     turn = yaw_rate * p.half_track
-    return Wheels((speed + turn) / p.wheel_radius, (speed - turn) / p.wheel_radius)
+    return (speed + turn) / p.wheel_radius, (speed - turn) / p.wheel_radius
 
 
 def body_velocity(wheels: Wheels, p: RoverParams) -> tuple[float, float]:
@@ -74,7 +70,7 @@ def body_velocity(wheels: Wheels, p: RoverParams) -> tuple[float, float]:
 
 
 def derivative(
-    state: RoverState, torques: Wheels, force: Force | None, p: RoverParams
+    state: StateVector, torques: Wheels, force: Force | None, p: RoverParams
 ) -> RoverState:
     """Return the time derivative of `state` (eq. 1-4).
 
@@ -95,36 +91,40 @@ def derivative(
     )
 
 
-def stepper(p: RoverParams, dt: float) -> Step:
-    """Return a function that advances a rover by `dt` under constant torques.
+class RoverPhysics:
+    """Advances one rover by `dt` at a time."""
 
-    It is one midpoint step of `derivative` (second order), written out on plain floats:
-    position is not fed back, so only speed, yaw rate and yaw are needed at the midpoint.
-    """
-    half = dt / 2
-    per_force, drag = 1 / p.mass, p.drag_linear / p.mass
-    per_moment, angular_drag = 1 / p.inertia_b, p.drag_angular / p.inertia_b
-    per_torque = 1 / (p.wheel_radius * p.mass)
-    per_difference = p.half_track / (p.wheel_radius * p.inertia_b)
-    lever = p.cg_offset * per_moment
+    def __init__(self, p: RoverParams, dt: float) -> None:
+        self._dt = dt
+        self._per_force = 1 / p.mass
+        self._drag = p.drag_linear / p.mass
+        self._angular_drag = p.drag_angular / p.inertia_b
+        self._per_torque = 1 / (p.wheel_radius * p.mass)
+        self._per_difference = p.half_track / (p.wheel_radius * p.inertia_b)
+        self._lever = p.cg_offset * (1 / p.inertia_b)
 
-    def step(state: RoverState, torques: Wheels, force: Force | None) -> RoverState:
+    def step(self, state: StateVector, torques: Wheels, force: Force | None) -> StateVector:
+        """Return the state after `dt` under constant torques.
+
+        It is one midpoint step of `derivative` (second order), written out on plain floats:
+        position is not fed back, so only speed, yaw rate and yaw are needed at the midpoint.
+        """
         north, east, yaw, speed, yaw_rate = state
         left, right = torques
-        push = (left + right) * per_torque
-        turn = (left - right) * per_difference
+        dt, drag, angular_drag = self._dt, self._drag, self._angular_drag
+        half = dt / 2
+        push = (left + right) * self._per_torque
+        turn = (left - right) * self._per_difference
         if force is not None:
-            push += force[0] * per_force
-            turn += force[1] * lever
+            push += force[0] * self._per_force
+            turn += force[1] * self._lever
         speed_mid = speed + half * (push - drag * speed)
         rate_mid = yaw_rate + half * (turn - angular_drag * yaw_rate)
         yaw_mid = yaw + half * yaw_rate
-        return RoverState(
+        return (
             north + dt * speed_mid * cos(yaw_mid),
             east + dt * speed_mid * sin(yaw_mid),
             yaw + dt * rate_mid,
             speed + dt * (push - drag * speed_mid),
             yaw_rate + dt * (turn - angular_drag * rate_mid),
         )
-
-    return step

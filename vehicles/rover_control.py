@@ -2,15 +2,16 @@
 
 from dataclasses import dataclass
 from math import atan2, cos, inf, pi, sin, sqrt
+from typing import Final
 
 from .physics import require_positive
 from .robot import AttitudeSetpoint, Limits, Setpoint, Vec3
-from .rover import RoverParams, RoverState, Wheels
+from .rover import RoverParams, StateVector, Wheels
 
-_STILL = 0.01  # m/s: a slower velocity setpoint asks to stand, and has no heading
-_NEAR = 0.5  # m: so near to a moving target its motion shows the way
-_LOOK_AHEAD = 0.5  # s
-_BRAKING_SHARE = 0.7  # of `accel_max`, before a position: the rest corrects
+_STILL: Final = 0.01  # m/s: a slower velocity setpoint asks to stand, and has no heading
+_NEAR: Final = 0.5  # m: so near to a moving target its motion shows the way
+_LOOK_AHEAD: Final = 0.5  # s
+_BRAKING_SHARE: Final = 0.7  # of `accel_max`, before a position: the rest corrects
 _ACCELERATIONS = 0.1, 50.0  # m/s^2, what a limit of acceleration may be
 
 
@@ -46,16 +47,25 @@ class RoverControl:
     """Turns a setpoint and the true state into wheel speeds and torques, once per `dt`."""
 
     def __init__(self, params: RoverParams, tuning: RoverTuning, dt: float) -> None:
-        self._p = params
+        self._wheel_radius = params.wheel_radius
+        self._half_track = params.half_track
+        self._torque_limit = params.torque_limit
         self._dt = dt
-        self.speed_commands = Wheels()
         self.retune(tuning)
         self.reset()
 
     def retune(self, tuning: RoverTuning) -> None:
         """Take up new gains and limits, keeping the wheel integrals."""
-        self.tuning = tuning
-        self._joint = _BRAKING_SHARE * tuning.accel_max / tuning.position_p or inf
+        self.tuning = t = tuning
+        self._position_p = t.position_p
+        self._heading_p = t.heading_p
+        self._wheel_p = t.wheel_p
+        self._wheel_i = t.wheel_i
+        self._accel_max = t.accel_max
+        self._yaw_rate_max = t.yaw_rate_max
+        self._rim_max = t.wheel_speed_max * self._wheel_radius
+        self._arrival_radius = t.arrival_radius
+        self._joint = _BRAKING_SHARE * t.accel_max / t.position_p or inf
         self.limit_speed(None)
 
     def limit_speed(self, speed: float | None) -> None:
@@ -69,22 +79,22 @@ class RoverControl:
 
     def reset(self) -> None:
         """Forget the wheel integrals and stop."""
-        self._integrals = Wheels()
-        self.speed_commands = Wheels()
+        self._integrals: Wheels = (0.0, 0.0)
+        self.speed_commands: Wheels = (0.0, 0.0)
         self._speed: float | None = None  # command, while `accel_max` eases it
 
-    def update(self, state: RoverState, setpoint: Setpoint | AttitudeSetpoint) -> Wheels:
+    def update(self, state: StateVector, setpoint: Setpoint | AttitudeSetpoint) -> Wheels:
         """Return the wheel torques for the next `dt`."""
         if isinstance(setpoint, Setpoint):
             speed, yaw_rate = self._motion(state, setpoint)
         else:
             speed, yaw_rate = self._steered(state, setpoint)
-        if self.tuning.accel_max:
-            speed = self._eased(state.speed, speed)
+        if self._accel_max:
+            speed = self._eased(state[3], speed)
         self.speed_commands = self._wheel_speeds(speed, yaw_rate)
         return self._torques(state)
 
-    def _motion(self, s: RoverState, setpoint: Setpoint) -> tuple[float, float]:
+    def _motion(self, s: StateVector, setpoint: Setpoint) -> tuple[float, float]:
         """Return forward speed and yaw rate that the setpoint asks for. Acceleration is ignored."""
         position, velocity, _, yaw, yaw_rate = setpoint
         if position is not None:
@@ -93,28 +103,29 @@ class RoverControl:
             return self._along(s, velocity)
         turn = yaw_rate or 0.0
         if yaw is not None:
-            turn += self.tuning.heading_p * _wrapped(yaw - s.yaw)
+            turn += self._heading_p * _wrapped(yaw - s[2])
         if velocity is None:
             return 0.0, turn
-        return velocity.north * cos(s.yaw) + velocity.east * sin(s.yaw), turn
+        north, east, _ = velocity
+        return north * cos(s[2]) + east * sin(s[2]), turn
 
-    def _steered(self, s: RoverState, setpoint: AttitudeSetpoint) -> tuple[float, float]:
+    def _steered(self, s: StateVector, setpoint: AttitudeSetpoint) -> tuple[float, float]:
         """Return the motion of a pilot's throttle and steering."""
         turn = setpoint.yaw_rate or 0.0
         if setpoint.yaw is not None:
-            turn += self.tuning.heading_p * _wrapped(setpoint.yaw - s.yaw)
+            turn += self._heading_p * _wrapped(setpoint.yaw - s[2])
         return _clamped(setpoint.thrust or 0.0, 1.0) * self._v_max, turn
 
     def _eased(self, speed: float, wanted: float) -> float:
         """Return the speed to command on the way to `wanted` within the acceleration limit."""
         last = speed if self._speed is None else self._speed
-        step = self.tuning.accel_max * self._dt
+        step = self._accel_max * self._dt
         self._speed = last + _clamped(_clamped(wanted, self._v_max) - last, step)
         return self._speed
 
     def _towards(
         self,
-        s: RoverState,
+        s: StateVector,
         position: Vec3,
         velocity: Vec3 | None,
         yaw: float | None,
@@ -128,18 +139,17 @@ class RoverControl:
         the target will be; at a fixed one, within `arrival_radius`, the rover stands, and
         takes up the yaw if one is given.
         """
-        t = self.tuning
-        north, east = position.north - s.north, position.east - s.east
+        north, east = position.north - s[0], position.east - s[1]
         distance = sqrt(north * north + east * east)
         turn = yaw_rate or 0.0
-        cos_yaw, sin_yaw = cos(s.yaw), sin(s.yaw)
+        cos_yaw, sin_yaw = cos(s[2]), sin(s[2])
         speed = 0.0 if velocity is None else velocity.north * cos_yaw + velocity.east * sin_yaw
         moving = speed > _STILL or speed < -_STILL
-        if distance <= t.arrival_radius and not moving:
-            return 0.0, turn if yaw is None else turn + t.heading_p * _wrapped(yaw - s.yaw)
+        if distance <= self._arrival_radius and not moving:
+            return 0.0, turn if yaw is None else turn + self._heading_p * _wrapped(yaw - s[2])
 
-        along = t.position_p * (north * cos_yaw + east * sin_yaw)  # k rho cos(e_alpha)
-        wanted, most = t.position_p * distance, self._v_max
+        along = self._position_p * (north * cos_yaw + east * sin_yaw)  # k rho cos(e_alpha)
+        wanted, most = self._position_p * distance, self._v_max
         if wanted > self._joint:  # a speed that can be braked from, as the quadcopter's
             most = min(most, sqrt(self._joint * (2 * wanted - self._joint)))
         if wanted > most:
@@ -147,49 +157,48 @@ class RoverControl:
         if velocity is not None and speed > 0 and distance < _NEAR:
             ahead = _LOOK_AHEAD * (1 - distance / _NEAR)
             north, east = north + ahead * velocity.north, east + ahead * velocity.east
-        error = _wrapped(atan2(east, north) - s.yaw)
-        return speed + along, turn + _clamped(t.heading_p * error, t.yaw_rate_max)
+        error = _wrapped(atan2(east, north) - s[2])
+        return speed + along, turn + _clamped(self._heading_p * error, self._yaw_rate_max)
 
-    def _along(self, s: RoverState, velocity: Vec3) -> tuple[float, float]:
+    def _along(self, s: StateVector, velocity: Vec3) -> tuple[float, float]:
         """Return the motion that turns to a velocity's heading and drives when it points there."""
         north, east, _ = velocity
         speed = sqrt(north * north + east * east)
         if speed < _STILL:
             return 0.0, 0.0
-        error = _wrapped(atan2(east, north) - s.yaw)
+        error = _wrapped(atan2(east, north) - s[2])
         facing = cos(error)
-        return (speed * facing * facing if facing > 0 else 0.0), self.tuning.heading_p * error
+        return (speed * facing * facing if facing > 0 else 0.0), self._heading_p * error
 
     def _wheel_speeds(self, speed: float, yaw_rate: float) -> Wheels:
         """Return wheel speed commands (eq. 16) within all limits; the turn is kept first."""
-        p, t = self._p, self.tuning
-        rim_max = t.wheel_speed_max * p.wheel_radius
-        turn = _clamped(_clamped(yaw_rate, t.yaw_rate_max) * p.half_track, rim_max)
+        rim_max, radius = self._rim_max, self._wheel_radius
+        turn = _clamped(_clamped(yaw_rate, self._yaw_rate_max) * self._half_track, rim_max)
         speed = _clamped(_clamped(speed, self._v_max), rim_max - abs(turn))
-        return Wheels((speed + turn) / p.wheel_radius, (speed - turn) / p.wheel_radius)
+        return (speed + turn) / radius, (speed - turn) / radius
 
-    def _torques(self, s: RoverState) -> Wheels:
+    def _torques(self, s: StateVector) -> Wheels:
         """Return the torques of the wheels' PI loops within the limit; the turn is kept first.
 
         This is the link between (16) and (1), which the paper leaves out. A wheel that is
         clamped stops integrating, unless that leads out of the clamp.
         """
-        p, t = self._p, self.tuning
-        turn = s.yaw_rate * p.half_track
-        left_error = self.speed_commands.left - (s.speed + turn) / p.wheel_radius
-        right_error = self.speed_commands.right - (s.speed - turn) / p.wheel_radius
+        speed, turn = s[3], s[4] * self._half_track
+        left_command, right_command = self.speed_commands
+        left_error = left_command - (speed + turn) / self._wheel_radius
+        right_error = right_command - (speed - turn) / self._wheel_radius
         left_i, right_i = self._integrals
-        left = t.wheel_p * left_error + left_i
-        right = t.wheel_p * right_error + right_i
+        left = self._wheel_p * left_error + left_i
+        right = self._wheel_p * right_error + right_i
 
-        limit = p.torque_limit
+        limit = self._torque_limit
         if -limit <= left <= limit and -limit <= right <= limit:
-            step = t.wheel_i * self._dt
-            self._integrals = Wheels(left_i + step * left_error, right_i + step * right_error)
-            return Wheels(left, right)
+            step = self._wheel_i * self._dt
+            self._integrals = (left_i + step * left_error, right_i + step * right_error)
+            return left, right
         difference = _clamped((left - right) / 2, limit)
         common = _clamped((left + right) / 2, limit - abs(difference))
-        return Wheels(common + difference, common - difference)
+        return common + difference, common - difference
 
 
 def _clamped(value: float, limit: float) -> float:

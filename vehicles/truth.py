@@ -1,4 +1,7 @@
-"""The truth log: what the physics has, at 100 Hz, as one JSON header line and raw float64 rows."""
+"""The truth log: what the physics has, at 100 Hz, as one JSON header line and raw float64 rows.
+
+Of a run that is not kept only the places are, in memory: what a judge needs.
+"""
 
 import json
 import struct
@@ -25,6 +28,9 @@ POSE_COLUMNS = (
     "pitch_rate_rad_s",
     "yaw_rate_rad_s",
 )
+
+
+_PLACE = struct.Struct("<4d")
 
 
 class TruthLog:
@@ -58,3 +64,15 @@ class TruthLog:
         """Finish the file under its final name."""
         self._file.close()
         self._part.rename(self._path)
+
+
+class PlaceLog:
+    """Keeps where a robot was: `rows` of time, north, east and down as float64."""
+
+    def __init__(self) -> None:
+        self.rows = bytearray()
+
+    def write(self, now: float, robot: Robot) -> None:
+        """Append one row."""
+        north, east, down = robot.place()
+        self.rows += _PLACE.pack(now, north, east, down)

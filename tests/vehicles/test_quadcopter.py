@@ -7,10 +7,8 @@ import pytest
 from mavherd.vehicles.physics import GRAVITY
 from mavherd.vehicles.quadcopter import (
     QuadcopterParams,
+    QuadcopterPhysics,
     QuadcopterState,
-    RotorSpeeds,
-    spinner,
-    stepper,
     thrust,
 )
 
@@ -19,15 +17,15 @@ AIRLESS = QuadcopterParams(  # rotors that spin without thrust or drag; three un
     inertia_x=4e-3, inertia_y=6e-3, rotor_inertia=1e-4, thrust_coefficient=1e-15,
     max_rotor_speed=1e9,
 )  # fmt: skip
-OFF = RotorSpeeds()
+OFF = (0.0, 0.0, 0.0, 0.0)
 HOVER = sqrt(P.weight / 4 / P.thrust_coefficient)
 
 
 def fly(state, commands, seconds, p=P, dt=0.002, force=None):
-    step = stepper(p, dt)
+    physics = QuadcopterPhysics(p, dt)
     for _ in range(round(seconds / dt)):
-        state = step(state, commands, force)
-    return state
+        state = physics.step(state, commands, force)
+    return QuadcopterState(*state)
 
 
 def to_ned(s, vector):
@@ -67,14 +65,14 @@ def test_free_fall_is_g():
 
 
 def test_hover_speed_carries_the_weight():
-    speeds = RotorSpeeds(HOVER, HOVER, HOVER, HOVER)
+    speeds = (HOVER, HOVER, HOVER, HOVER)
     end = fly(QuadcopterState(0, 0, -5, *[0.0] * 3, 1.0, *[0.0] * 6, *speeds), speeds, 2.0)
     assert isclose(thrust(end, P), P.weight)
     assert abs(end.down + 5) < 1e-9
     assert isclose(4 * P.max_rotor_thrust / P.weight, 2.04, abs_tol=0.01)
 
 
-@pytest.mark.parametrize("rotors", [OFF, RotorSpeeds(600.0, 0.0, 600.0, 0.0)])
+@pytest.mark.parametrize("rotors", [OFF, (600.0, 0.0, 600.0, 0.0)])
 def test_torque_free_spin_keeps_energy_and_angular_momentum(rotors):
     start = QuadcopterState(*[0.0] * 6, 1.0, *[0.0] * 3, 4.0, 0.5, -3.0, *rotors)
     end = fly(start, rotors, 5.0, AIRLESS)
@@ -85,7 +83,7 @@ def test_torque_free_spin_keeps_energy_and_angular_momentum(rotors):
 
 
 def test_spinning_rotors_up_turns_the_body_the_other_way_and_keeps_momentum():
-    end = fly(QuadcopterState(roll_rate=1.0), RotorSpeeds(500.0, 0.0, 500.0, 0.0), 1.0, AIRLESS)
+    end = fly(QuadcopterState(roll_rate=1.0), (500.0, 0.0, 500.0, 0.0), 1.0, AIRLESS)
     assert end.yaw_rate < -1.0  # rotors 1 and 3 spin clockwise from above, the body does not
     start = angular_momentum(QuadcopterState(roll_rate=1.0), AIRLESS)
     assert angular_momentum(end, AIRLESS) == pytest.approx(start, rel=1e-5, abs=1e-7)
@@ -93,7 +91,7 @@ def test_spinning_rotors_up_turns_the_body_the_other_way_and_keeps_momentum():
 
 def test_balanced_rotors_have_no_gyroscopic_torque():
     start = QuadcopterState(roll_rate=2.0, pitch_rate=1.0)
-    spinning = RotorSpeeds(500.0, 500.0, 500.0, 500.0)
+    spinning = (500.0, 500.0, 500.0, 500.0)
     still = fly(start, OFF, 1.0, AIRLESS)
     end = fly(start._replace(w1=500.0, w2=500.0, w3=500.0, w4=500.0), spinning, 1.0, AIRLESS)
     assert end[6:13] == pytest.approx(still[6:13], abs=1e-9)
@@ -111,14 +109,14 @@ def test_balanced_rotors_have_no_gyroscopic_torque():
     ],
 )
 def test_each_rotor_turns_the_body_as_a_plus_frame(faster, axis, sign):
-    commands = RotorSpeeds(*(HOVER + (20 if i in faster else 0) for i in range(1, 5)))
+    commands = tuple(HOVER + (20 if i in faster else 0) for i in range(1, 5))
     hovering = QuadcopterState()._replace(w1=HOVER, w2=HOVER, w3=HOVER, w4=HOVER)
     assert getattr(fly(hovering, commands, 0.1), axis) * sign > 0.05
 
 
 def test_motors_follow_their_command_with_the_given_lag():
     p = QuadcopterParams(motor_lag=0.05)
-    commands = RotorSpeeds(800.0, 100.0, 0.0, 400.0)
+    commands = (800.0, 100.0, 0.0, 400.0)
     for end in (
         fly(QuadcopterState(w3=300.0), commands, 0.05, p)[13:],
         fly(QuadcopterState(w3=300.0), commands, 0.05, p, dt=0.01)[13:],
@@ -130,8 +128,9 @@ def test_motors_follow_their_command_with_the_given_lag():
 
 
 def test_rotors_alone_spin_as_in_flight():
-    start, commands = QuadcopterState(w1=100.0), RotorSpeeds(400.0, 300.0, 200.0, 100.0)
-    assert spinner(P, 0.002)(start, commands) == stepper(P, 0.002)(start, commands, None)[13:]
+    start, commands = QuadcopterState(w1=100.0), (400.0, 300.0, 200.0, 100.0)
+    physics = QuadcopterPhysics(P, 0.002)
+    assert physics.spin(start, commands) == physics.step(start, commands, None)[13:]
 
 
 def loop(seconds, dt):
@@ -139,7 +138,7 @@ def loop(seconds, dt):
     start = QuadcopterState(
         0, 0, -9, 1.0, -0.5, 0.2, 1.0, 0, 0, 0, 3.0, -2.0, 1.0, 500.0, 600.0, 550.0, 580.0
     )
-    return fly(start, RotorSpeeds(590.0, 570.0, 560.0, 600.0), seconds, dt=dt)
+    return fly(start, (590.0, 570.0, 560.0, 600.0), seconds, dt=dt)
 
 
 def distance(a, b):
@@ -167,8 +166,8 @@ def test_mirrored_commands_fly_the_mirrored_path():
     mirrored = start._replace(roll_rate=-0.7, yaw_rate=0.4)
     # the mirror image of a clockwise rotor turns counter-clockwise: without rotor torques only
     p = QuadcopterParams(torque_per_thrust=1e-12, rotor_inertia=0.0)
-    a = fly(start, RotorSpeeds(590.0, 560.0, 585.0, 600.0), 0.8, p)
-    b = fly(mirrored, RotorSpeeds(590.0, 600.0, 585.0, 560.0), 0.8, p)
+    a = fly(start, (590.0, 560.0, 585.0, 600.0), 0.8, p)
+    b = fly(mirrored, (590.0, 600.0, 585.0, 560.0), 0.8, p)
     even = ("north", "down", "v_north", "v_down", "qw", "qy", "pitch_rate")
     odd = ("east", "v_east", "qx", "qz", "roll_rate", "yaw_rate")
     assert all(isclose(getattr(a, n), getattr(b, n), abs_tol=1e-9) for n in even)
@@ -176,7 +175,7 @@ def test_mirrored_commands_fly_the_mirrored_path():
 
 
 def test_the_path_does_not_depend_on_the_heading():
-    commands = RotorSpeeds(590.0, 560.0, 585.0, 600.0)
+    commands = (590.0, 560.0, 585.0, 600.0)
     north = fly(QuadcopterState(), commands, 1.0)
     yaw = 2.0
     turned = fly(QuadcopterState(qw=cos(yaw / 2), qz=sin(yaw / 2)), commands, 1.0)

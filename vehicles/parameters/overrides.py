@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from difflib import get_close_matches
+from functools import cache
 from typing import Any, TypeVar
 
 from ..quadcopter import QuadcopterParams
@@ -10,7 +11,7 @@ from ..quadcopter_tuning import QuadcopterTuning
 from ..rover import RoverParams
 from ..rover_control import RoverTuning
 from .profile import Body, Tuning, body_and_tuning, numbers
-from .tables import RANGE, table
+from .tables import RANGE, facts, table
 
 PHYSICS_DT = 0.002  # s; measured against 2 kHz in the tests
 
@@ -24,10 +25,11 @@ def control_every(profile: str) -> int:
     return 1 if profile == "paper" else 2
 
 
-def accepted_names(kind: str, profile: str, autopilot: str = "ardupilot") -> list[str]:
+@cache
+def accepted_names(kind: str, profile: str, autopilot: str = "ardupilot") -> tuple[str, ...]:
     """Return every name that an override may have: ours first, then MAVLink's."""
     settable = [p.name for p in table(autopilot, kind, profile) if not p.read_only]
-    return [*numbers(kind, profile), *settable]
+    return (*numbers(kind, profile), *settable)
 
 
 def in_our_units(
@@ -40,13 +42,13 @@ def in_our_units(
     cannot be.
     """
     values = plain(overrides, accepted_names(kind, profile, autopilot), kind)
-    by_name = {p.name: p for p in table(autopilot, kind, profile)}
+    known = facts(autopilot, kind, profile)
     ours: dict[str, float] = {}
     for name, value in values.items():
-        parameter = by_name.get(name)
-        if parameter is None:
+        if name not in known.places:
             ours[name] = value
             continue
+        parameter = known.table[known.places[name]]
         stored = parameter.stored(value)
         if parameter.is_robots:
             ours[parameter.robot_name] = stored * parameter.scale

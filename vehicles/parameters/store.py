@@ -11,7 +11,7 @@ from .overrides import built, in_our_units
 from .parameter import Parameter, ParameterRefused
 from .profile import numbers
 from .settings_path import read, write
-from .tables import PRESETS, SYSTEM_IDS, table
+from .tables import PRESETS, SYSTEM_IDS, Facts, facts
 
 
 class Entry(NamedTuple):
@@ -37,19 +37,21 @@ class Parameters:
         """Called after a user's change; it may raise MavherdError, which `set` lets through."""
         self._kind, self._profile = config.kind, config.profile
         self._robot: Robot | None = None
-        self._table = table(config.autopilot, config.kind, config.profile)
-        self._index = {parameter.name: i for i, parameter in enumerate(self._table)}
+        known = facts(config.autopilot, config.kind, config.profile)
+        self._table, self._index = known.table, known.places
         self._usual = numbers(config.kind, config.profile)
-        self._defaults = self._first_values(PRESETS.get(config.autopilot, {}))
+        self._defaults = self._first_values(known, PRESETS.get(config.autopilot, {}))
         for name in SYSTEM_IDS:
             if name in self._index:
                 self._defaults[self._index[name]] = float(config.system_id)
         self._values = list(self._defaults)
         self._ours = in_our_units(config.kind, config.autopilot, config.profile, config.params)
-        for index, parameter in enumerate(self._table):
+        given = {index for name in config.params if (index := self._index.get(name)) is not None}
+        for index in sorted(given.union(known.robots)):
+            parameter = self._table[index]
             if parameter.is_robots and parameter.robot_name in self._ours:
                 self._values[index] = parameter.to_wire(self._ours[parameter.robot_name])
-            elif parameter.name in config.params:
+            elif index in given:
                 self._put(index, parameter.stored(config.params[parameter.name]))
         self._start = list(self._values)
         self._touched: set[str] = set()
@@ -116,21 +118,19 @@ class Parameters:
         index = self._index[name]
         return self._values[index] == self._start[index] == self._defaults[index]
 
-    def _first_values(self, presets: Mapping[str, object]) -> list[float]:
+    def _first_values(self, known: Facts, presets: Mapping[str, object]) -> list[float]:
         """Return the defaults, and have the settings agree with them."""
-        usual, values = Settings(), []
+        usual, values = Settings(), list(known.defaults)
         for path, meaning in presets.items():
             if read(self.settings, path) == read(usual, path):
                 write(self.settings, path, meaning)
-        for parameter in self._table:
-            value = parameter.default
-            if parameter.is_setting:
-                ours = read(self.settings, parameter.path)
-                if ours != read(usual, parameter.path) and parameter.path not in presets:
-                    value = parameter.to_wire(ours)
-                else:
-                    write(self.settings, parameter.path, parameter.to_ours(value))
-            values.append(parameter.stored(value))
+        for index, usually in known.settings:
+            parameter = self._table[index]
+            ours = read(self.settings, parameter.path)
+            if ours != usually and parameter.path not in presets:
+                values[index] = parameter.stored(parameter.to_wire(ours))
+            elif ours != (meant := parameter.to_ours(parameter.default)):
+                write(self.settings, parameter.path, meant)
         return values
 
     def _acceptable(self, name: str, value: float) -> float:

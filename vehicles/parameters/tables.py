@@ -3,10 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from types import MappingProxyType
+from typing import NamedTuple
 
+from ..flight.settings import Settings
 from . import ardupilot_copter, ardupilot_rover, px4
 from .parameter import INT32, Parameter
 from .profile import body_and_tuning
+from .settings_path import read
 
 RANGE = 100.0
 """A gain or constant may be so many times its usual value, or less by as much."""
@@ -51,6 +55,29 @@ def table(personality: str, kind: str, profile: str) -> tuple[Parameter, ...]:
     if personality == "px4":
         rows.sort(key=lambda parameter: parameter.name)  # as PX4 lists them
     return tuple(rows)
+
+
+class Facts(NamedTuple):
+    """What every vehicle with the same table would work out again."""
+
+    table: tuple[Parameter, ...]
+    places: Mapping[str, int]  # by name
+    defaults: tuple[float, ...]  # as they are kept
+    settings: tuple[tuple[int, object], ...]  # which are settings, and what those usually are
+    robots: tuple[int, ...]  # which are the robot's
+
+
+@cache
+def facts(personality: str, kind: str, profile: str) -> Facts:
+    """Return a table with what follows from it."""
+    rows, usual = table(personality, kind, profile), Settings()
+    return Facts(
+        rows,
+        MappingProxyType({parameter.name: i for i, parameter in enumerate(rows)}),
+        tuple(parameter.stored(parameter.default) for parameter in rows),
+        tuple((i, read(usual, p.path)) for i, p in enumerate(rows) if p.is_setting),
+        tuple(i for i, parameter in enumerate(rows) if parameter.is_robots),
+    )
 
 
 def _with_default(parameter: Parameter, usual: float) -> Parameter:

@@ -40,7 +40,7 @@ def test_home_is_where_it_was_armed(desk, kind):
     vehicle.arm()
     m = home(vehicle)
     assert (m.x, m.y, m.z) == pytest.approx(k[:3], abs=1e-4)
-    assert yaw_of(m.q) == pytest.approx(yaw_of(k[6:10]), abs=1e-5)
+    assert yaw_of(tuple(m.q)) == pytest.approx(yaw_of(k[6:10]), abs=1e-5)
 
 
 @pytest.mark.parametrize("sent_as", ["long", "int"])
