@@ -6,12 +6,12 @@ from inspect import signature
 from math import isfinite
 
 from ...transport.errors import MavherdError
-from .base import HOLD, Command, Law, Nominal, Peer
+from .base import HOLD, Command, Law, Nominal, Peer, reach_of
 from .off import Off
 from .paper import Paper
 from .safe import Safe
 
-__all__ = ["HOLD", "LAWS", "Command", "Law", "LawError", "Nominal", "Peer", "make_law"]
+__all__ = ["HOLD", "LAWS", "Command", "Law", "LawError", "Nominal", "Peer", "make_law", "reach_of"]
 
 # name -> factory(*, kind, v_max, state_timeout, and the law's own parameters with their defaults)
 LAWS: dict[str, Callable[..., Law]] = {"off": Off, "paper": Paper, "safe": Safe}

@@ -10,7 +10,6 @@ come late are lag, too: kappa falls with them.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
-from typing import NamedTuple
 
 from .base import Peer
 
@@ -28,22 +27,15 @@ _PARALLEL = 1e-9
 _ROUNDING = 1e-9  # m/s
 
 
-class Pair(NamedTuple):
-    """A near neighbour as seen from oneself."""
+Pair = tuple[float, float, float, float, float]
+"""A near neighbour as seen from oneself.
 
-    east: float  # unit vector to the neighbour
-    north: float
-    clearance: float  # m, between the two circles
-    gate: float  # how much its height makes it count, above 0 up to 1
-    kappa: float  # 1/s
+East and north of the unit vector to it; the clearance between the two circles (m); how much its
+height makes it count, above 0 up to 1; kappa (1/s).
+"""
 
-
-class HalfPlane(NamedTuple):
-    """The velocities whose component along (east, north), of length one, is at most `bound`."""
-
-    east: float
-    north: float
-    bound: float  # m/s
+HalfPlane = tuple[float, float, float]
+"""The velocities whose component along (east, north), of length one, is at most the third (m/s)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +51,9 @@ class Approach:
     kappa_quad: float
     feel: float = 0.0  # m, clearance up to which the caller wants to know of a neighbour
     _far: float = field(init=False)  # m, centre to centre: no pair matters beyond
+    _kappa_mixed: float = field(init=False)  # 1/s, of a rover and a quadcopter
+    _felt: tuple[float, float, float] = field(init=False)  # m, without lag: rover, quad, mixed
+    _near: float = field(init=False)  # m, as _far, while nothing lags
 
     def __post_init__(self) -> None:
         for name in ("v_max", "state_timeout", "r_rover", "r_quad", "kappa_rover", "kappa_quad"):
@@ -66,13 +61,28 @@ class Approach:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
         if self.c0 < 0:
             raise ValueError(f"c0 must not be negative, got {self.c0}")
-        slowest = slowed(min(self.kappa_rover, self.kappa_quad), 2 * self.state_timeout)
-        widest = self.felt_to(slowest)
-        object.__setattr__(self, "_far", widest + 2 * max(self.r_rover, self.r_quad))
+        # Both must brake at a rate that the slower to react can follow.
+        mixed = min(self.kappa_rover, self.kappa_quad)
+        rover, quad = self.felt_to(self.kappa_rover), self.felt_to(self.kappa_quad)
+        object.__setattr__(self, "_kappa_mixed", mixed)
+        object.__setattr__(self, "_felt", (rover, quad, max(rover, quad)))
+        object.__setattr__(self, "_near", self._reach(0.0))
+        object.__setattr__(self, "_far", self._reach(2 * self.state_timeout))
 
     def felt_to(self, kappa: float) -> float:
         """Return the clearance beyond which a neighbour does not matter."""
         return max(self.feel, 2 * _BINDING * self.v_max / kappa + self.c0)
+
+    def reach(self, age: float, delay: float) -> float:
+        """Return from how far away a robot can matter, centre to centre; see `reach_of`."""
+        if age <= 0.0 and delay <= 0.0:
+            return self._near
+        timeout = self.state_timeout
+        return self._reach(min(age, timeout) + min(max(delay, 0.0), timeout))
+
+    def _reach(self, late: float) -> float:
+        widest = self.felt_to(slowed(self._kappa_mixed, late))
+        return max(HOLD_WITHIN, widest + 2 * max(self.r_rover, self.r_quad))
 
     def pairs(self, me: Peer, neighbours: Sequence[Peer]) -> list[Pair] | None:
         """Return the neighbours that matter, where they are by now.
@@ -80,15 +90,17 @@ class Approach:
         None says: hold, for a robot that was near (or oneself) is not heard of any more.
         """
         timeout, far = self.state_timeout, self._far
-        if me.age > timeout:
+        my_id, my_kind, (x, y, z), (v_x, v_y, v_z), _, my_age, my_vertical, delay = me
+        if my_age > timeout:
             return None
-        x, y, z = whereabouts(me)
-        rover = me.kind == "rover"
+        x, y, z = x + v_x * my_age, y + v_y * my_age, z + v_z * my_age
+        own_lag = min(max(delay, 0.0), timeout)
+        rover = my_kind == "rover"
         my_radius = self.r_rover if rover else self.r_quad
         my_kappa = self.kappa_rover if rover else self.kappa_quad
-        found = []
-        for peer in neighbours:
-            system_id, kind, (px, py, pz), (vx, vy, vz), _, age, vertical, _ = peer
+        my_felt = self._felt[0] if rover else self._felt[1]
+        found: list[Pair] = []
+        for system_id, kind, (px, py, pz), (vx, vy, vz), _, age, vertical, _ in neighbours:
             if age > timeout:
                 if hypot(px - x, py - y) <= HOLD_WITHIN:
                     return None
@@ -101,24 +113,28 @@ class Approach:
                 continue
             peer_rover = kind == "rover"
             gate = 1.0
-            if not ((rover and peer_rover) or vertical or me.vertical):
+            if not ((rover and peer_rover) or vertical or my_vertical):
                 heights = QUAD_HEIGHTS if rover == peer_rover else MIXED_HEIGHTS
-                gate = height_gate(pz + vz * age - z, heights)
-                if gate == 0.0:
+                difference = abs(pz + vz * age - z)
+                if difference >= heights[1]:
                     continue
-            kappa = my_kappa
-            if rover != peer_rover:  # both must brake at a rate that the slower to react can follow
-                kappa = min(self.kappa_rover, self.kappa_quad)
-            kappa = slowed(kappa, max(age, me.age) + min(max(me.delay, 0.0), timeout))
+                gate = height_gate(difference, heights)
+            kappa, felt = my_kappa, my_felt
+            if rover != peer_rover:
+                kappa, felt = self._kappa_mixed, self._felt[2]
+            lag = (my_age if my_age > age else age) + own_lag
+            if lag != 0.0:
+                kappa = slowed(kappa, lag)
+                felt = self.felt_to(kappa)
             distance = hypot(dx, dy)
             clearance = distance - my_radius - (self.r_rover if peer_rover else self.r_quad)
-            if clearance > self.felt_to(kappa):
+            if clearance > felt:
                 continue
             if distance > COINCIDENT:
                 east, north = dx / distance, dy / distance
             else:  # in one point: part along east, by number, so that both agree
-                east, north = (1.0 if me.system_id < system_id else -1.0), 0.0
-            found.append(Pair(east, north, clearance, gate, kappa))
+                east, north = (1.0 if my_id < system_id else -1.0), 0.0
+            found.append((east, north, clearance, gate, kappa))
         return found
 
     def filter(self, wish: Planar, pairs: Sequence[Pair]) -> Planar:
@@ -128,18 +144,18 @@ class Approach:
         deepest. A pair that counts less for its height has its bound raised by v_max (1-g)/g;
         scaling the bound would be wrong where it is negative.
         """
-        v_max = self.v_max
-        planes = []
+        v_max, c0 = self.v_max, self.c0
+        most = _BINDING * v_max
+        planes: list[HalfPlane] = []
         for east, north, clearance, gate, kappa in pairs:
-            bound = 0.5 * kappa * (clearance - self.c0)
+            bound = 0.5 * kappa * (clearance - c0)
             if gate < 1.0:
                 bound += v_max * (1.0 - gate) / gate
-            if bound < _BINDING * v_max:
-                planes.append(HalfPlane(east, north, bound))
-        wish = saturate(wish, v_max)
-        nearest = nearest_permitted(wish, planes)
+            if bound < most:
+                planes.append((east, north, bound))
+        nearest = nearest_permitted(saturate(wish, v_max), planes)
         if nearest is None:
-            east, north, bound = min(planes, key=lambda plane: plane.bound)
+            east, north, bound = min(planes, key=lambda plane: plane[2])
             bound = min(bound, 0.0)
             nearest = (bound * east, bound * north)
         return saturate(nearest, v_max)
@@ -156,12 +172,12 @@ def nearest_permitted(wish: Planar, planes: Sequence[HalfPlane]) -> Planar | Non
     Exact: where the nearest point of the planes so far lies outside the next one, the new one is
     on that one's edge, at the foot of `wish` or at a crossing with an earlier edge.
     """
-    x, y = wish
+    wish_x, wish_y = x, y = wish
     for i, (east, north, bound) in enumerate(planes):
         if x * east + y * north <= bound:
             continue
-        excess = wish[0] * east + wish[1] * north - bound
-        foot_x, foot_y = wish[0] - excess * east, wish[1] - excess * north
+        excess = wish_x * east + wish_y * north - bound
+        foot_x, foot_y = wish_x - excess * east, wish_y - excess * north
         low, high = -inf, inf  # along the edge, from the foot, in direction (-north, east)
         for other_east, other_north, other_bound in planes[:i]:
             slope = other_north * east - other_east * north
@@ -198,7 +214,7 @@ def whereabouts(peer: Peer) -> tuple[float, float, float]:
 
 def saturate(v: Planar, limit: float) -> Planar:
     """Return `v`, shortened to `limit` where it is longer."""
-    length = hypot(*v)
+    length = hypot(v[0], v[1])
     if length <= limit:
         return v
     scale = limit / length

@@ -1,6 +1,7 @@
 """What a coordination law is told and what it answers. Ground side: ENU, SI, radians."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from math import inf
 from typing import NamedTuple, Protocol
 
 from ...transport.frames import Triple
@@ -45,8 +46,24 @@ HOLD = Command()
 
 
 class Law(Protocol):
-    """A pure function from what one robot knows to what it is told to do."""
+    """A pure function from what one robot knows to what it is told to do.
+
+    A law may have a method `reach(age, delay)` that says how far it looks; see `reach_of`.
+    """
 
     def __call__(self, me: Peer, neighbours: Sequence[Peer], nominal: Nominal) -> Command:
-        """Return the command for `me`; `neighbours` holds all others, of any kind and age."""
+        """Return the command for `me`.
+
+        `neighbours` holds all others within its reach, of any kind and age, and may hold more.
+        """
         ...
+
+
+def reach_of(law: Law, age: float, delay: float) -> float:
+    """Return from how far away (m, in the plane) a robot can matter to `law`; inf: it does not say.
+
+    That is from where one is by now to where the other is, or was when it was last heard of, while
+    no state that still counts is older than `age`, and own commands come `delay` late (s).
+    """
+    reach: Callable[[float, float], float] | None = getattr(law, "reach", None)
+    return inf if reach is None else reach(age, delay)

@@ -17,3 +17,7 @@ class Off:
     def __call__(self, me: Peer, neighbours: Sequence[Peer], nominal: Nominal) -> Command:
         """Return the target position with the target's velocity as feed-forward."""
         return Command(position=nominal.position, velocity=nominal.velocity, yaw=nominal.yaw)
+
+    def reach(self, age: float, delay: float) -> float:
+        """Return 0: nobody matters."""
+        return 0.0

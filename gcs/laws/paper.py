@@ -1,6 +1,6 @@
 """The paper's law, eq. 22 and 23, to compare with. UNSAFE."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, hypot, sin
 
@@ -34,6 +34,10 @@ class Paper:
         if self.k_v == 0:
             raise ValueError("k_v must not be zero: it divides")
 
+    def reach(self, age: float, delay: float) -> float:
+        """Return from how far away a robot can matter, m."""
+        return max(_FAR, HOLD_WITHIN)
+
     def __call__(self, me: Peer, neighbours: Sequence[Peer], nominal: Nominal) -> Command:
         """Return the target position, its velocity with the feed-forward, and the turn rate."""
         x, y, _ = whereabouts(me)
@@ -65,10 +69,10 @@ class Paper:
         distance = hypot(to_x, to_y)
         if distance < _AT_TARGET:
             return 0.0
-        return sum(
-            self.k_f * weight * (east * to_x + north * to_y) / distance
-            for east, north, _, weight in self._displacements(me, neighbours)
-        )
+        turn = 0.0  # not by sum(), which rounds differently from one Python to another
+        for east, north, _, weight in self._displacements(me, neighbours):
+            turn += self.k_f * weight * (east * to_x + north * to_y) / distance
+        return turn
 
     def _push(self, me: Peer, neighbours: Sequence[Peer]) -> tuple[float, float, float]:
         """Return the feed-forward velocity of eq. 23, none where heights are apart."""
@@ -81,9 +85,10 @@ class Paper:
 
     def _displacements(
         self, me: Peer, neighbours: Sequence[Peer]
-    ) -> Iterator[tuple[float, float, float, float]]:
-        """Yield, from each near neighbour to me: east, north (of length one), up, exp(-(d-1)^2)."""
+    ) -> list[tuple[float, float, float, float]]:
+        """Return, from each near neighbour: east, north (of length one), up, exp(-(d-1)^2)."""
         x, y, z = whereabouts(me)
+        found = []
         for peer in neighbours:
             if peer.kind != self.kind or peer.age > self.state_timeout:
                 continue
@@ -91,4 +96,5 @@ class Paper:
             distance = hypot(x - px, y - py)
             if COINCIDENT < distance < _FAR:
                 weight = exp(-((distance - 1.0) ** 2))
-                yield (x - px) / distance, (y - py) / distance, z - pz, weight
+                found.append(((x - px) / distance, (y - py) / distance, z - pz, weight))
+        return found

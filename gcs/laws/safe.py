@@ -67,40 +67,41 @@ class Safe:
         )
         object.__setattr__(self, "_approach", approach)
 
+    def reach(self, age: float, delay: float) -> float:
+        """Return from how far away a robot can matter, m."""
+        return self._approach.reach(age, delay)
+
     def __call__(self, me: Peer, neighbours: Sequence[Peer], nominal: Nominal) -> Command:
         """Return a velocity (with the nominal yaw for a quadcopter), or hold."""
-        pairs = self._approach.pairs(me, neighbours)
+        approach, v_max = self._approach, self.v_max
+        pairs = approach.pairs(me, neighbours)
         if pairs is None:
             return HOLD
         x, y, z = whereabouts(me)
-        x_d, y_d, z_d = nominal.position
-        vx_d, vy_d, vz_d = nominal.velocity
+        (x_d, y_d, z_d), (vx_d, vy_d, vz_d), yaw = nominal
         rover = self.kind == "rover"
         k = self.k_rover if rover else self.k_quad
         to_x, to_y = x_d - x, y_d - y
         if rover and vx_d == vy_d == 0.0 and hypot(to_x, to_y) < _AT_TARGET:
             to_x = to_y = 0.0  # it would turn about for every centimetre
-        wish = (k * to_x + vx_d, k * to_y + vy_d)
-        u = saturate(wish, own_pace(me.system_id) * self.v_max)
-        east, north = self._approach.filter(self._pushed(u, pairs), pairs) if pairs else u
+        u = saturate((k * to_x + vx_d, k * to_y + vy_d), own_pace(me.system_id) * v_max)
+        east, north = approach.filter(self._pushed(u, pairs), pairs) if pairs else u
         up = 0.0 if rover else min(CLIMB, max(-SINK, self.k_up * (z_d - z) + vz_d))
-        return Command(
-            velocity=(east, north, up),
-            yaw=None if rover else nominal.yaw,
-            feed_forward=(east - u[0], north - u[1], 0.0),
-        )
+        pushed = (east - u[0], north - u[1], 0.0)
+        return Command(None, (east, north, up), None, None if rover else yaw, None, pushed)
 
     def _pushed(self, u: Planar, pairs: Sequence[Pair]) -> Planar:
         """Return `u` with the pushes of all pairs, at most v_max."""
-        speed = hypot(*u)
-        ahead_x, ahead_y = (u[0] / speed, u[1] / speed) if speed > 0.0 else (0.0, 0.0)
-        haste = min(1.0, speed / (_SLOW * self.v_max))
-        away, aside = self.k_r, self.k_t
         x, y = u
+        speed = hypot(x, y)
+        ahead_x, ahead_y = (x / speed, y / speed) if speed > 0.0 else (0.0, 0.0)
+        haste = min(1.0, speed / (_SLOW * self.v_max))
+        away, aside, range_m = self.k_r, self.k_t, self.range_m
         for east, north, clearance, gate, _ in pairs:
-            c = max(clearance, 0.0) / self.range_m
+            c = (0.0 if clearance < 0.0 else clearance) / range_m
             push = exp(-c * c) * gate
-            front = min(1.0, max(0.0, east * ahead_x + north * ahead_y)) * haste
+            ahead = east * ahead_x + north * ahead_y
+            front = haste if ahead >= 1.0 else ahead * haste if ahead > 0.0 else 0.0
             off = push * away * 0.6 * (0.3 + 0.7 * front)
             right = push * aside * front
             x += right * north - off * east

@@ -1,7 +1,6 @@
 """Commands on their way to one vehicle: asked until answered, and never two of one kind at once."""
 
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ...transport.errors import VehicleError
@@ -105,8 +104,11 @@ class Commands:
         reason = known.name.removeprefix("MAV_RESULT_") if known else f"result {m.result}"
         self._end(request, m.result, f"{request.what} refused ({reason})")
 
-    def due(self, now: float) -> Iterator[Message]:
-        """Yield what is to be sent or sent again now."""
+    def due(self, now: float) -> list[Message]:
+        """Return what is to be sent or sent again now."""
+        out: list[Message] = []
+        if not self._under_way:
+            return out
         for request in list(self._under_way.values()):
             if now < request.next_try:
                 continue
@@ -114,9 +116,10 @@ class Commands:
                 problem = f"no answer to {request.what} after {TRIES} tries"
                 self._end(request, mav.MAV_RESULT_FAILED, problem)
                 continue
-            yield self.message(request.command, request.params, request.tries)
+            out.append(self.message(request.command, request.params, request.tries))
             request.tries += 1
             request.next_try = now + RETRY_S
+        return out
 
     def message(self, command: int, params: tuple[float, ...], confirmation: int = 0) -> Message:
         """Return a COMMAND_LONG to the vehicle's autopilot."""

@@ -1,6 +1,6 @@
 """Missions of one vehicle: lists that go up, and how far it has come with them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...transport.frames import Origin, Triple
@@ -14,6 +14,14 @@ _HOME_FRAME: int = mav.MAV_FRAME_GLOBAL
 _RELATIVE: int = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
 _COMPLETE: int = mav.MISSION_STATE_COMPLETE
 _TYPE: int = mav.MAV_MISSION_TYPE_MISSION
+ANSWERS = (
+    "MISSION_REQUEST",
+    "MISSION_REQUEST_INT",
+    "MISSION_ACK",
+    "MISSION_CURRENT",
+    "MISSION_ITEM_REACHED",
+)
+"""The messages that `MissionClient.hear` makes something of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +95,7 @@ class MissionClient:
         return self.upload((), now)
 
     def hear(self, m: Message, now: float) -> list[Message]:
-        """Take in a MISSION_... message; return what it asks for."""
+        """Take in one of `ANSWERS`; return what it asks for."""
         match m.get_type():
             case "MISSION_REQUEST" | "MISSION_REQUEST_INT":
                 return self._on_request(m, now)
@@ -100,21 +108,20 @@ class MissionClient:
                 self.reached = m.seq - self._home_items
         return []
 
-    def due(self, now: float) -> Iterator[Message]:
-        """Yield what is to be sent or sent again now."""
+    def due(self, now: float) -> list[Message]:
+        """Return what is to be sent or sent again now."""
         upload = self._upload
         if upload is None or now < upload.next_try or self.stack is None:
-            return
+            return []
         if upload.tries == TRIES:
             self._end(f"no answer after {TRIES} tries")
-            return
+            return []
         upload.tries += 1
         upload.next_try = now + 2 * RETRY_S
         to = (self.system_id, mav.MAV_COMP_ID_AUTOPILOT1)
         if upload.items:
-            yield mav.MAVLink_mission_count_message(*to, self._length(upload), _TYPE)
-        else:
-            yield mav.MAVLink_mission_clear_all_message(*to, _TYPE)
+            return [mav.MAVLink_mission_count_message(*to, self._length(upload), _TYPE)]
+        return [mav.MAVLink_mission_clear_all_message(*to, _TYPE)]
 
     @property
     def complete(self) -> bool:

@@ -1,7 +1,6 @@
 """Parameters of one vehicle: read and written by name, in either encoding."""
 
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import isclose
 
@@ -79,8 +78,11 @@ class ParameterClient:
             took = f"it took {value:g} instead, and had {asked.before:g} before"
             self._refuse(name, f"refused: it stays {value:g}" if value == asked.before else took)
 
-    def due(self, now: float) -> Iterator[Message]:
-        """Yield what is to be asked or asked again now."""
+    def due(self, now: float) -> list[Message]:
+        """Return what is to be asked or asked again now."""
+        out: list[Message] = []
+        if not self._asked:
+            return out
         for name, asked in list(self._asked.items()):
             if now < asked.next_try or self.stack is None:
                 continue
@@ -89,7 +91,8 @@ class ParameterClient:
                 continue
             asked.tries += 1
             asked.next_try = now + RETRY_S
-            yield self._message(name, asked)
+            out.append(self._message(name, asked))
+        return out
 
     def _ask(self, name: str, value: float | None, what: str, now: float) -> Question:
         question = Question(what, self.heard, now)

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from math import isfinite
-from typing import TypedDict, Unpack
 
 from ...transport.frames import Origin, Triple
 from ...transport.mavlink import AUTOPILOT_COMPONENT, Codec, Message, mav
 from ...vehicles.flight.modes import Mode
 from ...vehicles.flight.personality import ModeTable
 from .commands import Commands, Request
+from .missions import ANSWERS as MISSION_ANSWERS
 from .missions import MissionClient
 from .outside import Outside
 from .parameters import ParameterClient
@@ -20,22 +20,18 @@ from .targets import position_target
 SYSTEM_ID = 254
 COMPONENT_ID: int = mav.MAV_COMP_ID_MISSIONPLANNER  # 190, as MAVSDK and QGroundControl use it
 _HEARTBEAT_S = 1.0
+_HEARTBEAT = mav.MAVLink_heartbeat_message
+_LOCAL_NED: int = mav.MAV_FRAME_LOCAL_NED
+_BODY_NED: int = mav.MAV_FRAME_BODY_NED
+_NO_AUTOPILOT: int = mav.MAV_AUTOPILOT_INVALID
+
+_ANSWERS = frozenset(("COMMAND_ACK", "PARAM_VALUE", *MISSION_ANSWERS))
 
 Tap = Callable[[bytes, float], None]
 """Sees every frame of the link, sent or received, with fleet time."""
 
 Listener = Callable[[Message, float], None]
 """Sees every message of the vehicle, with fleet time."""
-
-
-class Parts(TypedDict, total=False):
-    """What a target may give."""
-
-    position: Triple | None
-    velocity: Triple | None
-    acceleration: Triple | None
-    yaw: float | None
-    yaw_rate: float | None
 
 
 class Station:
@@ -77,6 +73,8 @@ class Station:
         self._outbox: list[Message] = []
         self._heartbeat_due = 0.0
         self._new_texts: list[Text] = []
+        self._mode: Mode | None = None  # that it is in
+        self._mode_of: tuple[FlightStack | None, int] = (None, -1)  # stack and number: of that
 
     @property
     def external(self) -> bool:
@@ -98,16 +96,24 @@ class Station:
 
     def receive(self, data: bytes, now: float) -> None:
         """Take in what the vehicle sent."""
+        tap = self._tap
         for message, frame in self.codec.decode_frames(data, stream=False):
-            if self._tap:
-                self._tap(frame, now)
-            sender = message.get_srcSystem(), message.get_srcComponent()
-            if sender == (self.system_id, AUTOPILOT_COMPONENT):
+            if tap:
+                tap(frame, now)
+            if (
+                message.get_srcSystem() == self.system_id
+                and message.get_srcComponent() == AUTOPILOT_COMPONENT
+            ):
                 self._take(message, now)
 
     def listen(self, handler: Listener) -> None:
         """Have `handler` called with every message of the vehicle, after we have read it."""
         self._listeners.append(handler)
+
+    @property
+    def has_new_texts(self) -> bool:
+        """Whether there are STATUSTEXTs that were not taken."""
+        return bool(self._new_texts)
 
     def new_texts(self) -> list[Text]:
         """Return and forget the STATUSTEXTs since the last call."""
@@ -116,8 +122,12 @@ class Station:
 
     def in_mode(self, mode: Mode) -> bool:
         """Return whether the vehicle says that it is in `mode`."""
-        modes = self.modes
-        return modes is not None and modes.mode(self.status.custom_mode) is mode
+        stack, number = self.stack, self.status.custom_mode
+        if self._mode_of[1] != number or self._mode_of[0] is not stack:
+            modes = self.modes
+            self._mode = None if modes is None else modes.mode(number)
+            self._mode_of = (stack, number)
+        return self._mode is mode
 
     def mode_name(self, mode: Mode | None = None) -> str:
         """Return what this flight stack calls a mode, the one it is in unless one is given."""
@@ -135,7 +145,7 @@ class Station:
     def _take(self, m: Message, now: float) -> None:
         s = self.status
         name = m.get_type()
-        if name == "HEARTBEAT" and m.autopilot == mav.MAV_AUTOPILOT_INVALID:
+        if name == "HEARTBEAT" and m.autopilot == _NO_AUTOPILOT:
             return  # of something beside the autopilot that shares its ids
         if text := s.hear(m, now):
             self._new_texts.append(text)
@@ -143,16 +153,18 @@ class Station:
             self._hear_from_outside(m, self._outside, now)
         if name == "LOCAL_POSITION_NED":
             self._place((m.x, m.y, m.z), (m.vx, m.vy, m.vz), now)
-        elif not _is_for_us(m):
-            pass  # somebody else's, on a link that several share
-        elif name == "COMMAND_ACK":
+        elif name in _ANSWERS and _is_for_us(m):  # on a link that several share
+            self._hear_answer(name, m, now)
+        for listener in self._listeners:
+            listener(m, now)
+
+    def _hear_answer(self, name: str, m: Message, now: float) -> None:
+        if name == "COMMAND_ACK":
             self._on_ack(m, now)
         elif name == "PARAM_VALUE":
             self.parameters.hear(m, now)
-        elif name.startswith("MISSION_"):
+        else:
             self._outbox += self.missions.hear(m, now)
-        for listener in self._listeners:
-            listener(m, now)
 
     def _hear_from_outside(self, m: Message, outside: Outside, now: float) -> None:
         outside.hear(m, self.status, now)
@@ -161,7 +173,10 @@ class Station:
 
     def _place(self, local: Triple, velocity: Triple, now: float) -> None:
         s = self.status
-        if not all(map(isfinite, (*local, *velocity))):
+        x, y, z = local
+        vx, vy, vz = velocity
+        finite = isfinite(x) and isfinite(y) and isfinite(z)
+        if not (finite and isfinite(vx) and isfinite(vy) and isfinite(vz)):
             return  # an estimator in trouble: the age of the last position tells
         if self._outside:
             alignment = self._outside.alignment
@@ -220,42 +235,37 @@ class Station:
         """Ask for any MAV_CMD as COMMAND_LONG; `what` names it in errors, missing params are 0."""
         return self._commands.ask(command, params, what, now)
 
-    def send_target(self, now: float, *, body: bool = False, **parts: Unpack[Parts]) -> None:
+    def send_target(
+        self,
+        now: float,
+        *,
+        body: bool = False,
+        position: Triple | None = None,
+        velocity: Triple | None = None,
+        acceleration: Triple | None = None,
+        yaw: float | None = None,
+        yaw_rate: float | None = None,
+    ) -> None:
         """Send SET_POSITION_TARGET_LOCAL_NED with what is given and the rest ignored.
 
         `body`: velocity is forward, right, down. Nothing is sent to an external vehicle before its
         frame is known, or when it is not the one that is meant.
         """
-        position = parts.get("position")
         if self._outside:
             if self._outside.problem or not self._outside.alignment.aligned:
                 return
             if position is not None:
                 position = self._outside.alignment.to_local(position)
-        frame = mav.MAV_FRAME_BODY_NED if body else mav.MAV_FRAME_LOCAL_NED
-        self._outbox.append(
-            position_target(
-                self.system_id,
-                now,
-                frame,
-                position=position,
-                velocity=parts.get("velocity"),
-                acceleration=parts.get("acceleration"),
-                yaw=parts.get("yaw"),
-                yaw_rate=parts.get("yaw_rate"),
-            )
-        )
+        frame = _BODY_NED if body else _LOCAL_NED
+        parts = (position, velocity, acceleration, yaw, yaw_rate)
+        self._outbox.append(position_target(self.system_id, now, frame, *parts))
 
     def transmit(self, now: float) -> bytes:
         """Return everything that is to be sent now: heartbeat, commands, retries, targets."""
         out: list[Message] = []
         if now >= self._heartbeat_due:
             self._heartbeat_due = now + _HEARTBEAT_S
-            out.append(
-                mav.MAVLink_heartbeat_message(
-                    mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID, 0, 0, mav.MAV_STATE_ACTIVE, 3
-                )
-            )
+            out.append(_HEARTBEAT(mav.MAV_TYPE_GCS, _NO_AUTOPILOT, 0, 0, mav.MAV_STATE_ACTIVE, 3))
         if self._outside and self.status.heartbeat_at >= 0:
             out += self._outside.due(self._commands, self.status, now)
         out += self._commands.due(now)
@@ -265,6 +275,8 @@ class Station:
             out += self.parameters.due(now)
             out += self.missions.due(now)
         out += self._outbox
+        if not out:
+            return b""
         self._outbox = []
         frames = self.codec.frames(out)
         if self._tap:

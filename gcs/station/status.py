@@ -77,9 +77,12 @@ class VehicleStatus:
     def hear(self, m: Message, now: float) -> Text | None:
         """Take in a message of the vehicle; return the STATUSTEXT that it completes, if any."""
         self.heard_at = now
-        if m.get_type() in _TELLS_TIME:
+        name = m.get_type()
+        if name in _TELLS_TIME:
             self._on_time(m.time_boot_ms * 1e-3)
-        match m.get_type():
+        if name == "LOCAL_POSITION_NED":
+            return None  # most of what comes; where it is in the fleet's frame, the station knows
+        match name:
             case "ATTITUDE" if isfinite(m.roll + m.pitch + m.yaw):
                 self.quaternion = quaternion_from_euler(m.roll, m.pitch, m.yaw)
                 self.yaw = m.yaw

@@ -32,14 +32,16 @@ class PrivateStreams:
         self._unanswered -= 1
         return True
 
-    def due(self, commands: Commands, now: float) -> Iterator[Message]:
-        """Yield the requests, again until each has been answered."""
+    def due(self, commands: Commands, now: float) -> list[Message]:
+        """Return the requests, again until each has been answered."""
         if self._unanswered <= 0 or now < self._due:
-            return
+            return []
         self._due = now + RETRY_S
         self._unanswered = len(self._wanted)
-        for message_id, interval_us in self._wanted.items():
-            yield commands.message(_SET_INTERVAL, (message_id, interval_us))
+        return [
+            commands.message(_SET_INTERVAL, (message_id, interval_us))
+            for message_id, interval_us in self._wanted.items()
+        ]
 
 
 _CHECK_S = 5.0  # a stream that has brought less than half by then is asked for again

@@ -9,11 +9,12 @@ from collections.abc import Mapping
 from ...scenarios.schema import Scenario
 from ...transport.frames import yaw_of
 from ...transport.wire import Phase, VehicleState
-from ..laws import Peer, make_law
+from ..laws import Peer, make_law, reach_of
 from ..safety.rest import ComeToRest, StayPut
 from ..station import StationError, Tap
 from .member import LOST_S, Conduct, Event, MakeConduct, Member
 from .mission import Mission
+from .neighbours import WORTH_IT, Neighbours
 
 __all__ = ["LOST_S", "Conduct", "Coordinator", "Event", "MakeConduct", "Member", "check_laws"]
 
@@ -27,6 +28,7 @@ class Coordinator:
 
     `strict`: nobody begins before all are known, and a vehicle that is lost or refuses ends the
     run. Otherwise (scripts) such a vehicle has a `problem` while that lasts; the others go on.
+    With `index_from` own vehicles times all, neighbours are found by an index.
     """
 
     def __init__(
@@ -37,6 +39,7 @@ class Coordinator:
         conduct: MakeConduct = Mission,
         *,
         strict: bool = True,
+        index_from: float = WORTH_IT,
     ) -> None:
         self.scenario = scenario
         self.events: list[Event] = []  # the caller takes them
@@ -53,6 +56,9 @@ class Coordinator:
             for spec in scenario.robots
             if spec.name in own
         }
+        crowd = len(self.members) * len(scenario.robots)
+        timeout = scenario.team.state_timeout_s
+        self._index = Neighbours(timeout) if crowd >= index_from else None
         self.sequence = 0  # the tick
         self._strict = strict
         self._ticked_at: float | None = None
@@ -69,14 +75,19 @@ class Coordinator:
         return [member.state(self.sequence) for member in self.members.values()]
 
     def tick(self, now: float, states: list[VehicleState]) -> dict[str, bytes]:
-        """Decide with everybody's `states` and return what to send to each own vehicle.
+        """Decide with everybody's `states` and return what to send to each own vehicle."""
+        self.decide(now, states)
+        return self.transmit(now)
+
+    def decide(self, now: float, states: list[VehicleState]) -> None:
+        """Find out with everybody's `states` what each own vehicle is to do next.
 
         Raises StationError when a vehicle cannot start or has fallen silent.
         """
         self._note_lateness(now)
         team = {state.name: state for state in states if state.time >= 0}
         complete = len(team) == len(self.scenario.robots) or not self._strict
-        peers = {name: self._peer(state, now) for name, state in team.items()}
+        around = self._look_around(team, now) if complete else {}
         for name, member in self.members.items():
             me = team.get(name)
             try:
@@ -90,9 +101,11 @@ class Coordinator:
                 self._give_up(member, str(error))
                 if me is not None and name in self._resting:  # which goes on whatever is wrong
                     member.mission.update(now, me, team)
-            if me is not None and complete:
-                neighbours = [peer for other, peer in peers.items() if other != name]
-                member.steer(peers[name], neighbours, now)
+            if name in around:
+                member.steer(*around[name], now)
+
+    def transmit(self, now: float) -> dict[str, bytes]:
+        """Return what to send to each own vehicle, beside its setpoint what is due."""
         return {name: m.station.transmit(now) for name, m in self.members.items()}
 
     @property
@@ -147,6 +160,20 @@ class Coordinator:
         taken = self.events[:]
         self.events.clear()
         return taken
+
+    def _look_around(
+        self, team: Mapping[str, VehicleState], now: float
+    ) -> dict[str, tuple[Peer, list[Peer]]]:
+        """Return own vehicles that are known, each with those of the others who may matter."""
+        peers = [self._peer(state, now) for state in team.values()]
+        own = [(i, name) for i, name in enumerate(team) if name in self.members]
+        if self._index is None:
+            return {name: (peers[i], peers[:i] + peers[i + 1 :]) for i, name in own}
+        timeout, late = self.scenario.team.state_timeout_s, self._lateness
+        oldest = max((p.age for p in peers if p.age <= timeout), default=0.0)
+        reaches = [reach_of(self.members[name].law, oldest, late) for _, name in own]
+        near = self._index.of(peers, [i for i, _ in own], reaches)
+        return {name: (peers[i], n) for (i, name), n in zip(own, near, strict=True)}
 
     def _peer(self, state: VehicleState, now: float) -> Peer:
         kind = self._kinds[state.name]

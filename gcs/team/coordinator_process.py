@@ -17,12 +17,14 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...scenarios.loader import load_scenario
 from ...transport.bus import Bus
 from ...transport.channel import Channel, ChannelClosed
 from ...transport.errors import MavherdError
 from ...vehicles.nursery import GC_THRESHOLD
+from .barrier import Barrier, Died, VehicleHandle, serve
 from .exchange import REPEAT_S
 from .ground import Ground
 
@@ -38,6 +40,7 @@ class Job:
     run_id: str
     endpoint: str  # of the Zenoh router
     own: dict[str, int | None]  # vehicle name -> file descriptor of its socket; None: external
+    conducted: list[list[Any]]  # lockstep: name, pid and control socket of each own vehicle
     lockstep: bool
     started: float = 0.0  # time.monotonic() at which fleet time was 0, free-running
 
@@ -62,14 +65,23 @@ class CoordinatorProcess:
         self._ticks = 0
 
     def run_lockstep(self, channel: Channel) -> None:
-        """Serve one tick for each line until end-of-file."""
-        exchange = self.ground.exchange
+        """Serve the ticks that each line grants until end-of-file."""
+
+        def look() -> None:
+            if channel.ended:
+                raise ChannelClosed
+
+        vehicles = [
+            VehicleHandle(name, pid, socket.socket(fileno=fd))
+            for name, pid, fd in self.job.conducted
+        ]
+        barrier, exchange = Barrier(vehicles, look), self.ground.exchange
         while True:
             grant = channel.receive(None if exchange.alone else REPEAT_S)
             if grant is None:  # somebody may wait for a state of ours that it has missed
                 exchange.repeat()
                 continue
-            channel.send(self.ground.serve_grant(grant))
+            channel.send(serve(grant, barrier, self.ground))
 
     def run_free(self, channel: Channel) -> None:
         """Tick with the wall clock until end-of-file."""
@@ -156,6 +168,14 @@ def main(fd: int) -> int:
             process.run_free(channel)
     except ChannelClosed:
         pass
+    except Died as died:
+        with suppress(ChannelClosed):
+            channel.send(
+                {
+                    "died": [died.name, died.pid, died.now],
+                    "events": process.core.take_events() if process else [],
+                }
+            )
     except (MavherdError, OSError) as error:  # OSError: the disk is full, say
         with suppress(ChannelClosed):
             channel.send(

@@ -1,10 +1,10 @@
 """Shares one coordinator's vehicles on Zenoh, and learns of everybody else's from it."""
 
 import time
-from collections.abc import Mapping
 
-from ...transport.bus import Bus, Mailbox, Publisher
+from ...transport.bus import Bus, Mailbox
 from ...transport.errors import VehicleError
+from ...transport.local_bus import LocalBus
 from ...transport.wire import (
     VehicleState,
     WireError,
@@ -25,7 +25,7 @@ _PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer prese
 class Exchange:
     """States and targets of a coordinator's own vehicles out, states of the others in."""
 
-    def __init__(self, core: Coordinator, bus: Bus, *, lockstep: bool) -> None:
+    def __init__(self, core: Coordinator, bus: Bus | LocalBus, *, lockstep: bool) -> None:
         own = tuple(core.members)
         self.alone = len(own) == len(core.scenario.robots)
         self._core = core
@@ -34,77 +34,85 @@ class Exchange:
         self._target_every = max(1, round(core.scenario.team.rate_hz / TARGET_HZ))
         self._states = {n: bus.publisher(f"vehicle/{n}/state") for n in own}
         self._targets = {n: bus.publisher(f"vehicle/{n}/target") for n in own}
-        self._team: Publisher | None = bus.publisher("team") if self.alone else None
+        self._team = bus.publisher("team") if self.alone else None
         self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
         self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
         self._present = dict.fromkeys(own, True)
-        self._packed: dict[str, bytes] = {}  # our states of this tick
+        self._keys = {spec.name: f"vehicle/{spec.name}/state" for spec in core.scenario.robots}
+        self._offered: list[VehicleState] = []  # our states of this tick
+        self._packed: dict[str, bytes] = {}  # those that somebody wants
         self._followed: set[str] = set()  # whose states somebody listens to
         self._watched: set[str] = set()  # and whose targets
 
-    def share(self, now: float) -> list[VehicleState]:
-        """Begin a tick: publish our states, return everybody's; in lockstep those of this tick."""
-        states = self._core.states()
-        packed = self._packed = {state.name: pack_state(state) for state in states}
-        self._publish(packed, now)
-        if not self._team:
-            return self._gather(now, packed)
-        known = [packed[state.name] for state in states if state.time >= 0]
-        self._team.put(pack_team(self._core.sequence, known))
-        return states
+    def offer(self, now: float) -> None:
+        """Begin a tick: publish our states, as far as somebody listens."""
+        states = self._offered = self._core.states()
+        if self._core.sequence % _LOOK_EVERY == 1:
+            self._look_who_listens()
+        self._packed = {s.name: pack_state(s) for s in states if s.name in self._followed}
+        self.repeat()
+        if self._team and self._team.wanted:
+            known = [state for state in states if state.time >= 0]
+            self._team.put(pack_team(self._core.sequence, known))
+        for name, member in self._core.members.items():
+            present = now - max(0.0, member.station.status.heartbeat_at) < _PRESENT_S
+            if present != self._present[name]:
+                self._tell_presence(name, present)
+
+    def gather(self, now: float) -> list[VehicleState]:
+        """Return the states of all vehicles, in lockstep those of this very tick."""
+        return self._offered if self.alone else self._gather(now)
 
     def publish_targets(self) -> None:
         """Say now and then, to those who watch, what our vehicles were asked to do."""
+        if not self._watched:
+            return
         for turn, (name, publisher) in enumerate(self._targets.items(), self._core.sequence):
-            target = self._core.members[name].target
-            if target and turn % self._target_every == 0 and name in self._watched:
-                publisher.put(pack_target(target))
+            if turn % self._target_every == 0 and name in self._watched:
+                target = self._core.members[name].target
+                if target:
+                    publisher.put(pack_target(target))
 
     def repeat(self) -> None:
         """Send our newest states again, for coordinators whose subscription came too late."""
         for name, data in self._packed.items():
             self._states[name].put(data)
 
-    def _publish(self, packed: Mapping[str, bytes], now: float) -> None:
-        if self._core.sequence % _LOOK_EVERY == 1:
-            self._followed = {n for n, p in self._states.items() if not self.alone or p.wanted}
-            self._watched = {n for n, p in self._targets.items() if p.wanted}
-        for name in self._followed:
-            self._states[name].put(packed[name])
-        for name, member in self._core.members.items():
-            silent = now - max(0.0, member.station.status.heartbeat_at)
-            if self._present[name] != (silent < _PRESENT_S):
-                self._present[name] = silent < _PRESENT_S
-                if self._present[name]:
-                    self._tokens[name] = self._bus.declare_token(f"vehicle/{name}/alive")
-                else:
-                    self._tokens[name].undeclare()
+    def _look_who_listens(self) -> None:
+        self._followed = {n for n, p in self._states.items() if not self.alone or p.wanted}
+        self._watched = {n for n, p in self._targets.items() if p.wanted}
 
-    def _gather(self, now: float, own: Mapping[str, bytes]) -> list[VehicleState]:
-        """Return the states of all vehicles, in lockstep those of this very tick."""
+    def _tell_presence(self, name: str, present: bool) -> None:
+        self._present[name] = present
+        if present:
+            self._tokens[name] = self._bus.declare_token(f"vehicle/{name}/alive")
+        else:
+            self._tokens[name].undeclare()
+
+    def _gather(self, now: float) -> list[VehicleState]:
         deadline = time.monotonic() + LIVENESS_S
-        names = [r.name for r in self._core.scenario.robots]
+        sequence, heard = self._core.sequence, self._others.latest
+        team = {state.name: state for state in self._offered}
+        missing = [name for name in self._keys if name not in team]
         while True:
             self._others.arrived.clear()
-            heard = self._others.latest
-            team = {}
-            for name in names:
-                data = own.get(name) or heard.get(f"vehicle/{name}/state")
+            late = []
+            for name in missing:
+                data = heard.get(self._keys[name])
                 if data is None:
+                    late.append(name)
                     continue
                 try:
                     team[name] = unpack_state(data)
                 except WireError as error:
                     self._core.tell(now, name, "bus", str(error))
-                    del heard[f"vehicle/{name}/state"]
-            late = [
-                name
-                for name in names
-                if name not in team or team[name].sequence != self._core.sequence
-            ]
+                    del heard[self._keys[name]]
+                if name not in team or team[name].sequence != sequence:
+                    late.append(name)
             if not late or not self._lockstep:
-                return list(team.values())
+                return [team[name] for name in self._keys if name in team]
             if time.monotonic() > deadline:
                 raise VehicleError(f"no state of {', '.join(late)} came over Zenoh at {now:.2f} s")
+            missing = late
             if not self._others.arrived.wait(REPEAT_S):
                 self.repeat()

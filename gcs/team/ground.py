@@ -16,12 +16,11 @@ from ...transport.connect import parse_connect
 from ...transport.errors import VehicleError
 from ...transport.links import patience
 from ...transport.switchboard import Switchboard
-from ...transport.tlog import TlogWriter
 from ...vehicles.config import SIMULATED_EPOCH_US
 from ...vehicles.process import LIVENESS_S
-from .coordinator import Coordinator, MakeConduct
-from .exchange import Exchange
+from .coordinator import MakeConduct
 from .mission import Mission
+from .seat import Seat
 from .telemetry_track import TelemetryTrack
 
 _DATAGRAM = 65535
@@ -54,16 +53,18 @@ class Ground:
             {s.name: (parse_connect(s.connect), s.system_id) for s in abroad if s.connect}
         )
         self._tracks = {s.name: TelemetryTrack(folder / "vehicles" / s.name, s) for s in abroad}
-        self._tlogs = {
-            name: TlogWriter(folder / "vehicles" / name / f"{name}.tlog") for name in own
-        }
-        epoch = SIMULATED_EPOCH_US if lockstep else round(time.time() * 1e6)
-        taps = {
-            name: lambda frame, now, log=log: log.write(epoch + round(now * 1e6), frame)
-            for name, log in self._tlogs.items()
-        }
-        self.core = Coordinator(scenario, tuple(own), taps, conduct, strict=strict)
-        self.exchange = Exchange(self.core, bus, lockstep=lockstep)
+        self._seat = Seat(
+            scenario,
+            tuple(own),
+            bus,
+            lockstep=lockstep,
+            folder=folder,
+            epoch_us=SIMULATED_EPOCH_US if lockstep else round(time.time() * 1e6),
+            conduct=conduct,
+            strict=strict,
+        )
+        self.core = self._seat.core
+        self.exchange = self._seat.exchange
         self._bus = bus
         for sock in self._sockets.values():
             if lockstep:
@@ -100,28 +101,16 @@ class Ground:
 
     def exchange_and_tick(self, now: float) -> dict[str, int]:
         """Share states, decide, send; return the number of datagrams for each own vehicle."""
-        states = self.exchange.share(now)
+        self._seat.offer(now)
         sent = dict.fromkeys(self._sockets, 0)
-        for name, data in self.core.tick(now, states).items():
+        for name, data in self._seat.decide(now).items():
             if data and name in self._sockets:
                 with suppress(ConnectionError):  # a dead vehicle is the launcher's business
                     self._sockets[name].send(data)
                     sent[name] = 1
             elif data:
                 self._lines.send(name, data)
-        self.exchange.publish_targets()
         return sent
-
-    def serve_grant(self, grant: Mapping[str, Any]) -> dict[str, Any]:
-        """Lockstep: do the tick that the conductor grants and return the answer it waits for."""
-        now = grant["until_us"] * 1e-6
-        self.receive_counted(grant["expect"], now)
-        sent = self.exchange_and_tick(now)
-        return {
-            "sent": list(sent.values()),
-            "events": self.core.take_events(),
-            "finished": self.core.finished,
-        }
 
     def tick_free(self, now: float) -> None:
         """Free-running: take in what has arrived, then share, decide and send."""
@@ -134,8 +123,7 @@ class Ground:
 
     def close(self) -> None:
         """Finish the logs, leave the bus and close every socket and line."""
-        for log in self._tlogs.values():
-            log.close()
+        self._seat.close()
         for track in self._tracks.values():
             track.close()
         self._bus.close()

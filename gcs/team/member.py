@@ -12,7 +12,7 @@ from ..safety.clearance import Clearance
 from ..station import Station, StationError, Tap, stack_of
 from .fence import confine, confine_along
 from .mission import Tell
-from .setpoints import form_of, setpoint
+from .setpoints import Form, form_of, setpoint
 
 LOST_S = 10.0  # a vehicle silent for so long ends the run
 
@@ -89,13 +89,14 @@ class Member:
             else None
         )
         self.complaint = ""
-        self.target: Target | None = None
         self.problem = ""
         self.now = 0.0
         self._fence = scenario.fence
+        self._follows_all = not spec.external  # our own do
         self._events = events
         self._silent_s = team.state_timeout_s
         self._silent_since: float | None = None
+        self._asked: tuple[float, Nominal, Command] | None = None  # when, and of what it came
 
     @property
     def prepared(self) -> bool:
@@ -131,6 +132,8 @@ class Member:
     def watch(self, now: float) -> None:
         """Pass on what the vehicle says; raise StationError when it must be given up."""
         self.now = now
+        if self._is_well(now):
+            return
         for at, severity, text in self.station.new_texts():
             event = Event(t=at, vehicle=self.spec.name, kind="text", text=text, severity=severity)
             self._events.append(event)
@@ -141,6 +144,14 @@ class Member:
         if self.is_lost and self.prepared:
             silent = now - max(0.0, self.station.status.heartbeat_at)
             raise StationError(f"{self.spec.name}: no heartbeat for {silent:.0f} s")
+
+    def _is_well(self, now: float) -> bool:
+        """Return whether there is nothing to tell, which is so nearly always."""
+        if self.clearance or self._silent_since is not None or self.station.has_new_texts:
+            return False
+        status = self.station.status
+        in_touch = now - status.heard_at <= self._silent_s
+        return in_touch and now - max(0.0, status.heartbeat_at) <= LOST_S
 
     def _watch_link(self) -> None:
         """Tell when the vehicle falls silent, once it has sent positions, and when it is back."""
@@ -158,12 +169,19 @@ class Member:
         """Send what its conduct and its law make of the moment."""
         nominal = self.mission.nominal(now)
         if nominal is None:
-            self.target = None
+            self._asked = None
             if direct := self.mission.direct:
                 self._send(me, direct, now)
             return
-        command = self._send(me, self.law(me, neighbours, nominal), now)
-        self.target = Target(
+        self._asked = (now, nominal, self._send(me, self.law(me, neighbours, nominal), now))
+
+    @property
+    def target(self) -> Target | None:
+        """What it was asked to do last, None while nobody steers it; for those who watch."""
+        if self._asked is None:
+            return None
+        now, nominal, command = self._asked
+        return Target(
             self.spec.name,
             now,
             nominal.position,
@@ -176,24 +194,20 @@ class Member:
         """Send `command` in the form that the vehicle follows; return it as the fence leaves it."""
         if self._fence:
             command = confine(self._fence, me.position, command)
-        form = form_of(self.spec, self.station.stack)
+        form = Form.FULL if self._follows_all else form_of(self.spec, self.station.stack)
         s = setpoint(form, command, me, self.v_max)
+        position, velocity, acceleration, yaw, yaw_rate, forward = s
         along_nose = None
-        if s.forward is not None:
-            forward = s.forward
+        if forward is not None:
             if self._fence:
                 forward = confine_along(self._fence, me.position, me.heading, forward)
             along_nose = (forward, 0.0, 0.0)
         self.station.send_target(
             now,
-            position=_ned(s.position),
-            velocity=along_nose or _ned(s.velocity),
-            acceleration=_ned(s.acceleration),
-            yaw=None if s.yaw is None else swap_yaw(s.yaw),
-            yaw_rate=None if s.yaw_rate is None else -s.yaw_rate,
+            position=None if position is None else swap_ned_enu(position),
+            velocity=along_nose or (None if velocity is None else swap_ned_enu(velocity)),
+            acceleration=None if acceleration is None else swap_ned_enu(acceleration),
+            yaw=None if yaw is None else swap_yaw(yaw),
+            yaw_rate=None if yaw_rate is None else -yaw_rate,
         )
         return command
-
-
-def _ned(v: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
-    return None if v is None else swap_ned_enu(v)

@@ -1,10 +1,10 @@
 """What one robot of a scenario does next: start, take off, wait for all, move, land, disarm."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from math import dist, hypot
 
-from ...scenarios.paths import path_duration, reference, takeoff_up
-from ...scenarios.schema import Goto, Hold, RobotSpec, Scenario
+from ...scenarios.route import Route
+from ...scenarios.schema import Hold, RobotSpec, Scenario
 from ...transport.frames import Triple
 from ...transport.wire import Phase, VehicleState
 from ...vehicles.flight.modes import Mode
@@ -36,7 +36,6 @@ class Mission:
         self.spec = spec
         self.phase = Phase.WAITING
         self.direct: Command | None = None
-        self._team = scenario.team
         self._station = station
         self._tell = tell
         self._flies = spec.kind == "quadcopter"
@@ -46,7 +45,10 @@ class Mission:
         self._starter = Starter(station, spec.kind, patience)
         self._grip = Grip(station)
         self._brake = Brake() if spec.external and not self._flies else None
-        self._height = takeoff_up(spec, scenario.team) if self._flies else 0.0
+        self._route = Route(spec.path, spec, scenario.team)
+        start = Nominal(*self._route.at(-1.0))
+        self._post = start if self._route.duration is None else None  # it has no other point
+        self._height = start.position[2] if self._flies else 0.0
         self._request: Request | None = None
         self._asked_at = 0.0
         self._began_at = 0.0  # when all were ready
@@ -54,16 +56,18 @@ class Mission:
         self._stand: Triple = (0.0, 0.0, 0.0)  # where to stay in a phase without a path
         self._last: Triple = (0.0, 0.0, 0.0)  # where it was when it was last steered
         self._told_wait = False
+        self._awaited = ""  # who it waits for
         self._lands = False  # it was seen to: from then on another mode is somebody's wish
 
     def nominal(self, now: float) -> Nominal | None:
         """Return where the robot would go were it alone; None while nobody steers it."""
-        match self.phase:
-            case Phase.READY | Phase.RETURNING:
-                return Nominal(self._stand)
-            case Phase.ACTIVE | Phase.DWELL:
-                ref = reference(self.spec.path, self.spec, self._team, now - self._began_at)
-                return Nominal(ref.position, ref.velocity)
+        phase = self.phase
+        if phase is Phase.ACTIVE or phase is Phase.DWELL:
+            if self._post is not None:
+                return self._post
+            return Nominal(*self._route.at(now - self._began_at))
+        if phase is Phase.READY or phase is Phase.RETURNING:
+            return Nominal(self._stand)
         return None
 
     def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
@@ -76,7 +80,7 @@ class Mission:
             if not self._grip.check(now):
                 return
         self._go_on(now, me, team)
-        self.direct = self._stream()
+        self.direct = None if Phase.READY <= self.phase <= Phase.RETURNING else self._stream()
 
     def _go_on(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         match self.phase:
@@ -85,7 +89,7 @@ class Mission:
             case Phase.STARTING:
                 self._start(now, me)
             case Phase.READY:
-                if all(s.phase >= Phase.READY for s in team.values()):
+                if self._have_come_to(Phase.READY, team, team):
                     self._began_at = now
                     self._enter(Phase.ACTIVE, now)
             case Phase.ACTIVE:
@@ -126,14 +130,22 @@ class Mission:
             self._enter(Phase.READY, now)
 
     def _has_ended(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
-        path = self.spec.path
-        if isinstance(path, Goto):
-            return self._is_at(reference(path, self.spec, self._team, 0.0).position, me)
-        if isinstance(path, Hold):
-            post = reference(path, self.spec, self._team, 0.0).position
-            through = all(team[name].phase >= Phase.DWELL for name in self._movers)
-            return through and self._is_at(post, me)
-        return now - self._began_at >= (path_duration(path) or 0.0)
+        if self._post is None:
+            return now - self._began_at >= (self._route.duration or 0.0)
+        if isinstance(self.spec.path, Hold):
+            through = self._have_come_to(Phase.DWELL, self._movers, team)
+        else:
+            through = True
+        return through and self._is_at(self._post.position, me)
+
+    def _have_come_to(
+        self, phase: Phase, names: Collection[str], team: Mapping[str, VehicleState]
+    ) -> bool:
+        """Return whether all of these have; who had not the last time is looked at first."""
+        if self._awaited in names and team[self._awaited].phase < phase:
+            return False
+        self._awaited = next((name for name in names if team[name].phase < phase), "")
+        return not self._awaited
 
     def _is_at(self, place: Triple, me: VehicleState) -> bool:
         axes = 3 if self._flies else 2
@@ -148,19 +160,23 @@ class Mission:
         elif self._flies and self.spec.then == "land":
             if self._is_clear_below(me, team):
                 self._enter(Phase.LANDING, now)
-        elif all(s.phase >= Phase.DWELL for s in team.values()):
+        elif self._have_come_to(Phase.DWELL, team, team):
             # Until then a standing robot stays coordinated, so that it gives way.
             self._enter(Phase.DONE if self._flies else Phase.LANDING, now)
 
     def _is_clear_below(self, me: VehicleState, team: Mapping[str, VehicleState]) -> bool:
-        for other in team.values():
-            away = hypot(other.position[0] - me.position[0], other.position[1] - me.position[1])
-            if other.name != me.name and away < self._landing_room(other):
-                if not self._told_wait:
-                    self._tell("wait", f"waits to land: {other.name} is near")
-                self._told_wait = True
-                return False
-        return True
+        last = team.get(self._awaited)  # most likely it still is in the way
+        if last is not None and self._told_wait and self._is_in_the_way(last, me):
+            return False
+        self._awaited = next((o.name for o in team.values() if self._is_in_the_way(o, me)), "")
+        if self._awaited and not self._told_wait:
+            self._told_wait = True
+            self._tell("wait", f"waits to land: {self._awaited} is near")
+        return not self._awaited
+
+    def _is_in_the_way(self, other: VehicleState, me: VehicleState) -> bool:
+        away = hypot(other.position[0] - me.position[0], other.position[1] - me.position[1])
+        return other.name != me.name and away < self._landing_room(other)
 
     def _landing_room(self, other: VehicleState) -> float:
         """Return the room to keep from `other`; one that flies on gives way itself."""

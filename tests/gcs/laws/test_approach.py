@@ -13,8 +13,6 @@ from mavherd.gcs.laws.approach import (
     MIXED_HEIGHTS,
     QUAD_HEIGHTS,
     Approach,
-    HalfPlane,
-    Pair,
     height_gate,
     nearest_permitted,
     saturate,
@@ -36,26 +34,26 @@ velocities = st.tuples(*[st.integers(-200, 200).map(lambda i: i / 100)] * 2)
 
 def planes_with(bounds):
     return st.lists(
-        st.builds(lambda e, b: HalfPlane(*e, b / 100), directions, bounds), min_size=1, max_size=8
+        st.builds(lambda e, b: (*e, b / 100), directions, bounds), min_size=1, max_size=8
     )
 
 
 def excess(v, planes):
-    return max(v[0] * p.east + v[1] * p.north - p.bound for p in planes)
+    return max(v[0] * east + v[1] * north - bound for east, north, bound in planes)
 
 
 def candidates(wish, planes):
     """Where the nearest point can be: the wish, its foot on each edge, each crossing of two."""
     yield wish
-    for p in planes:
-        over = wish[0] * p.east + wish[1] * p.north - p.bound
-        yield wish[0] - over * p.east, wish[1] - over * p.north
-    for p, q in combinations(planes, 2):
-        det = p.east * q.north - p.north * q.east
+    for east, north, bound in planes:
+        over = wish[0] * east + wish[1] * north - bound
+        yield wish[0] - over * east, wish[1] - over * north
+    for (p_east, p_north, p_bound), (q_east, q_north, q_bound) in combinations(planes, 2):
+        det = p_east * q_north - p_north * q_east
         if abs(det) > 1e-6:
             yield (
-                (p.bound * q.north - q.bound * p.north) / det,
-                (p.east * q.bound - q.east * p.bound) / det,
+                (p_bound * q_north - q_bound * p_north) / det,
+                (p_east * q_bound - q_east * p_bound) / det,
             )
 
 
@@ -81,7 +79,7 @@ def test_the_order_of_the_neighbours_does_not_matter(wish, planes, random):
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.3, 2.9])
 def test_a_general_solver_finds_the_same_point(turn):
     planes = [
-        HalfPlane(cos(a + turn), sin(a + turn), b)
+        (cos(a + turn), sin(a + turn), b)
         for a, b in ((0.0, 0.3), (0.9, 0.1), (-0.7, 0.2), (2.0, 0.05))
     ]
     wish = (cos(turn + 0.3), sin(turn + 0.3))
@@ -89,8 +87,7 @@ def test_a_general_solver_finds_the_same_point(turn):
         lambda v: (v[0] - wish[0]) ** 2 + (v[1] - wish[1]) ** 2,
         (0.0, 0.0),
         constraints=[
-            {"type": "ineq", "fun": lambda v, p=p: p.bound - v[0] * p.east - v[1] * p.north}
-            for p in planes
+            {"type": "ineq", "fun": lambda v, p=p: p[2] - v[0] * p[0] - v[1] * p[1]} for p in planes
         ],
     )
     assert nearest_permitted(wish, planes) == pytest.approx(tuple(solved.x), abs=1e-4)
@@ -103,11 +100,11 @@ def test_a_permitted_wish_is_granted_unchanged(wish, planes):
 
 
 def test_half_planes_that_share_nothing_have_no_nearest_point():
-    assert nearest_permitted((0, 0), [HalfPlane(1, 0, -0.1), HalfPlane(-1, 0, -0.1)]) is None
+    assert nearest_permitted((0.0, 0.0), [(1.0, 0.0, -0.1), (-1.0, 0.0, -0.1)]) is None
 
 
 pairs = st.builds(
-    lambda e, c, g, k: Pair(*e, c / 100, g / 20, k / 10),
+    lambda e, c, g, k: (*e, c / 100, g / 20, k / 10),
     directions,
     st.integers(-60, 300),
     st.integers(1, 20),
@@ -124,21 +121,21 @@ def test_the_filter_never_exceeds_the_maximum_speed(wish, pairs):
 def test_without_overlap_nobody_is_closed_in_on_faster_than_half_of_the_barrier_permits(
     wish, pairs
 ):
-    pairs = [p._replace(clearance=max(p.clearance, APPROACH.c0), gate=1.0) for p in pairs]
+    pairs = [(e, n, max(clear, APPROACH.c0), 1.0, kappa) for e, n, clear, _, kappa in pairs]
     v = APPROACH.filter(wish, pairs)
-    for p in pairs:
-        closing = v[0] * p.east + v[1] * p.north
-        assert closing <= p.kappa / 2 * (p.clearance - APPROACH.c0) + 1e-8
+    for east, north, clearance, _, kappa in pairs:
+        closing = v[0] * east + v[1] * north
+        assert closing <= kappa / 2 * (clearance - APPROACH.c0) + 1e-8
 
 
 @given(velocities, directions, st.integers(-60, 7))
 def test_too_near_a_single_neighbour_it_backs_away(wish, towards, clearance):
-    v = APPROACH.filter(wish, [Pair(*towards, clearance / 100, 1.0, 2.0)])
+    v = APPROACH.filter(wish, [(*towards, clearance / 100, 1.0, 2.0)])
     assert v[0] * towards[0] + v[1] * towards[1] < 0
 
 
 def test_where_nothing_is_permitted_it_backs_away_from_the_deepest():
-    v = APPROACH.filter((0, 0), [Pair(1, 0, -0.1, 1.0, 2.0), Pair(-1, 0, -0.3, 1.0, 2.0)])
+    v = APPROACH.filter((0.0, 0.0), [(1.0, 0.0, -0.1, 1.0, 2.0), (-1.0, 0.0, -0.3, 1.0, 2.0)])
     assert v == pytest.approx((0.3 + APPROACH.c0, 0.0))
 
 
@@ -146,7 +143,7 @@ def test_where_nothing_is_permitted_it_backs_away_from_the_deepest():
 def test_what_counts_less_for_its_height_restricts_less(wish, towards, clearance):
     wish = saturate(wish, APPROACH.v_max)
     changes = [
-        dist(APPROACH.filter(wish, [Pair(*towards, clearance / 100, gate, 2.0)]), wish)
+        dist(APPROACH.filter(wish, [(*towards, clearance / 100, gate, 2.0)]), wish)
         for gate in (1e-9, 0.2, 0.5, 0.9, 1.0)
     ]
     assert all(less <= more + 1e-12 for less, more in pairwise(changes))
@@ -174,11 +171,11 @@ def peer(kind, east=0.0, up=0.0, **more):
 def test_two_that_see_each_other_agree_on_the_pair(mine, theirs):
     a, b = peer(mine, 0.0)._replace(system_id=1), peer(theirs, 1.5)
     (ab,), (ba,) = APPROACH.pairs(a, [b]), APPROACH.pairs(b, [a])
-    assert (ab.east, ab.north) == (-ba.east, -ba.north) == (1.0, 0.0)
+    assert ab[:2] == (-ba[0], -ba[1]) == (1.0, 0.0)
     assert ab[2:] == pytest.approx(ba[2:])
     here = b._replace(position=a.position)
     (ab,), (ba,) = APPROACH.pairs(a, [here]), APPROACH.pairs(here, [a])
-    assert (ab.east, ab.north) == (-ba.east, -ba.north)
+    assert ab[:2] == (-ba[0], -ba[1])
 
 
 @pytest.mark.parametrize(
@@ -194,7 +191,7 @@ def test_two_that_see_each_other_agree_on_the_pair(mine, theirs):
 )
 def test_height_decides_who_counts_the_same_on_both_sides(a, b, counts):
     for me, other in ((a, b), (b, a)):
-        gates = [p.gate for p in APPROACH.pairs(me, [other])]
+        gates = [gate for _, _, _, gate, _ in APPROACH.pairs(me, [other])]
         assert gates == ([] if counts is None else [counts])
 
 
@@ -203,4 +200,4 @@ def test_a_pair_too_far_to_matter_is_left_out_and_could_not_have_mattered():
     reach = limit + 2 * APPROACH.r_rover
     assert APPROACH.pairs(peer("rover"), [peer("rover", reach - 0.01)])
     assert not APPROACH.pairs(peer("rover"), [peer("rover", reach + 0.01)])
-    assert APPROACH.filter((1, 0), [Pair(1, 0, limit, 1.0, APPROACH.kappa_rover)]) == (1, 0)
+    assert APPROACH.filter((1.0, 0.0), [(1.0, 0.0, limit, 1.0, APPROACH.kappa_rover)]) == (1, 0)

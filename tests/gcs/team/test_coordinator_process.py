@@ -11,6 +11,7 @@ from mavherd.transport.bus import Bus
 from mavherd.transport.channel import Channel, ChannelClosed
 from mavherd.transport.links import socket_pair_udp
 from mavherd.transport.wire import Phase, VehicleState, pack_state, unpack_state
+from mavherd.vehicles.process import DONE, GRANT
 
 PAIR = """
 name: pair
@@ -36,11 +37,12 @@ def test_who_subscribes_after_the_tick_still_gets_its_states(tmp_path, endpoint)
     scenario = load_scenario(tmp_path / "pair.yaml")
     (tmp_path / "scenario.yaml").write_text(scenario_to_yaml(scenario))
     vehicle, ours = socket_pair_udp()
+    control, its_control = socket.socketpair()
     launcher, theirs = socket.socketpair()
     with Bus.router(endpoint, "r", reliable=True) as router, vehicle:
         job = Job(
             folder=str(tmp_path), run_id="r", endpoint=endpoint, own={"a": ours.detach()},
-            lockstep=True,
+            conducted=[("a", 1, its_control.detach())], lockstep=True,
         )  # fmt: skip
         process = CoordinatorProcess(job, Bus.client(endpoint, "r", reliable=True))
         channel = Channel(launcher)
@@ -52,13 +54,17 @@ def test_who_subscribes_after_the_tick_still_gets_its_states(tmp_path, endpoint)
         thread = threading.Thread(target=serve)
         thread.start()
         try:
-            channel.send({"until_us": 50_000, "expect": [0]})
+            grant = {"until_us": 50_000, "period_us": 50_000, "ticks": 9, "wall_s": 0.0}
+            channel.send(grant)
+            assert GRANT.unpack(control.recv(GRANT.size)) == (50_000, 0)
+            control.sendall(DONE.pack(50_000, 0, 0, 0))  # it has lived, and has nothing to say
             other = router.publisher("vehicle/b/state")
             answer = None
             while answer is None:  # it waits for b, which says the same until it is heard
                 other.put(pack_state(UNKNOWN))
                 answer = channel.receive(0.05)
             assert not answer["finished"]
+            assert answer["ticks"] == 1, "its wall time is over"
             late = router.latest("vehicle/a/state")
             assert late.arrived.wait(5)
             assert unpack_state(late.latest["vehicle/a/state"]).sequence == 1
@@ -66,4 +72,5 @@ def test_who_subscribes_after_the_tick_still_gets_its_states(tmp_path, endpoint)
             channel.close()
             thread.join(5)
             process.close()
+            control.close()
             theirs.close()
