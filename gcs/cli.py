@@ -11,7 +11,10 @@ from typing import Any, NoReturn
 
 from ..transport.errors import MavherdError, os_reason
 from .commands import check as check_command
+from .commands import clock as clock_command
+from .commands import diff as diff_command
 from .commands import run as run_command
+from .commands import sweep as sweep_command
 from .commands import vehicle as vehicle_command
 from .commands import version as version_command
 
@@ -110,9 +113,19 @@ def _parser() -> argparse.ArgumentParser:
     check_command.add_options(
         _add(commands, "check", check_command.run, text, check_command.EPILOG)
     )
+    text = "pause, step and hurry a run that goes on elsewhere"
+    clock_command.add_options(
+        _add(commands, "clock", clock_command.run, text, clock_command.EPILOG)
+    )
+    text = "run a scenario many times, over a grid of settings and seeds, into one table"
+    sweep_command.add_options(
+        _add(commands, "sweep", sweep_command.run, text, sweep_command.EPILOG)
+    )
     _add(commands, "scenarios", _scenarios, "list the shipped scenarios")
     digest = _add(commands, "digest", _digest, "compute a run's digest again from its tlogs")
     digest.add_argument("folder", type=Path, metavar="RUN", help="a run folder")
+    text = "name the first message, field, vehicle and time at which two runs part"
+    diff_command.add_options(_add(commands, "diff", diff_command.run, text, diff_command.EPILOG))
     _add(commands, "version", version_command.run, "say which mavherd runs here, and how")
     return parser
 

@@ -4,11 +4,16 @@ from copy import deepcopy
 from math import ceil, sqrt
 
 from ..vehicles.config import MAX_SYSTEM_ID
-from .errors import ScenarioError
+from .errors import ScenarioError, show
 from .reader import FAR, Fields
 from .robots import KEYS, PATHS
 from .source import Node
 
+SPLIT_IT = (
+    "a MAVLink network has 255 system ids, and ground stations need some: make it several"
+    " networks, each a scenario and a `mavherd run` of its own, with its own"
+    " --gcs-udp, --api-udp and --tcp"
+)
 _PREFIX = {"quadcopter": "quad", "rover": "rover"}
 
 
@@ -43,7 +48,7 @@ def expand_groups(root: Node) -> list[str]:
             raise ScenarioError(
                 entry.where,
                 f"{path}: more than {MAX_SYSTEM_ID} robots",
-                "MAVLink has 255 system ids, and ground stations need some; use fewer robots",
+                SPLIT_IT,
             )
     if robots and isinstance(root.value, dict):
         root.value["robots"].value = [node for _, node in robots]
@@ -75,6 +80,9 @@ def _give_name(entry: Node, suffix: str) -> str:
 def _members(entry: Node, path: str) -> list[Node]:
     """Return the robots of a group: name1, name2, ... with start and path shifted by `spacing`."""
     fields = Fields(entry, path, (*KEYS, *PATHS, "count", "spacing"))
+    asked = fields.raw("count")
+    if isinstance(asked, int) and asked > MAX_SYSTEM_ID:
+        raise fields.error("count", f"{show(asked)} is more than {MAX_SYSTEM_ID} robots", SPLIT_IT)
     count = fields.integer("count", low=1, high=MAX_SYSTEM_ID)
     name = fields.text("name", "")
     numbered = fields.raw("system_id") is not None

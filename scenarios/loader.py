@@ -18,10 +18,17 @@ from .overrides import override
 from .reader import LONG, Fields
 from .robots import MIN_UP, read_disturbance, read_robots
 from .schema import Expect, RobotSpec, Scenario, Team
-from .source import Node, parse, read_text
+from .source import parse, read_text
 from .starts import TOO_CLOSE, TOO_CLOSE_HINT, draw_starts, starts_within
 
-__all__ = ["draw_starts", "load_scenario", "scenario_to_yaml", "shipped"]
+__all__ = [
+    "draw_starts",
+    "is_shipped",
+    "load_scenario",
+    "scenario_text",
+    "scenario_to_yaml",
+    "shipped",
+]
 
 MAX_SEED = 2**63 - 1
 SLICE_RATE = 1e6 / SLICE_US  # Hz; a coordination period is a whole number of these
@@ -50,7 +57,7 @@ def load_scenario(
     `overrides` are `key=value` with dotted keys, robots by name or index, values in YAML; they and
     `seed` win over the file. Raise ScenarioError for anything that cannot be run.
     """
-    root = _read(source)
+    root = parse(*scenario_text(source))
     name_robots(root)
     later = [text for text in overrides if not override(root, text, last=False)]
     if seed is not None:
@@ -68,21 +75,27 @@ def shipped() -> list[tuple[str, str]]:
     return [(scenario.name, scenario.description) for scenario in scenarios]
 
 
-def _read(source: str | Path) -> Node:
-    """Return the raw tree of a path, or of a shipped scenario's name."""
+def is_shipped(source: str | Path) -> bool:
+    """Return whether this names a shipped scenario rather than a file."""
+    text = str(source)
+    return isinstance(source, str) and not (text.endswith(SUFFIXES) or {"/", os.sep} & set(text))
+
+
+def scenario_text(source: str | Path) -> tuple[str, str]:
+    """Return the YAML text of a path or a shipped scenario's name, and what errors call it."""
     names = _shipped_names()
     text = str(source)
-    if isinstance(source, str) and not text.endswith(SUFFIXES) and not {"/", os.sep} & set(text):
+    if is_shipped(source):
         if text not in names:
             hint = did_you_mean(text, names)
             listed = f"shipped: {', '.join(names)}; a file's name ends in .yaml"
             hint = listed if hint.startswith("known") else f"{hint} {listed}"
             raise ScenarioError(show(text), "no shipped scenario has this name", hint)
         file = resources.files(__package__) / "shipped" / f"{text}.yaml"
-        return parse(file.read_text("utf-8"), file.name)
+        return file.read_text("utf-8"), file.name
     path = Path(source)
     shipped_too = f"the shipped scenario is called {path.stem!r}" if path.stem in names else ""
-    return parse(read_text(path, shipped_too), text)
+    return read_text(path, shipped_too), text
 
 
 def _shipped_names() -> list[str]:

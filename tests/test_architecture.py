@@ -15,7 +15,7 @@ MAY_IMPORT = {
     "gcs": {"transport", "vehicles", "scenarios"},
 }
 ONLY_IN = {
-    "pymavlink": ("transport/mavlink.py",),
+    "pymavlink": ("transport/dialect.py",),
     "zenoh": ("transport/bus.py",),
     "serial": ("transport/serial_line.py",),
     "rerun": ("gcs/recording/", "gcs/run/live_view"),
@@ -24,11 +24,11 @@ ONLY_IN = {
 HEAVY = {"numpy", "scipy", "matplotlib", "pyarrow", "rerun", "rich"}
 PHYSICS = (
     *("quadcopter", "rover", "physics", "mixer", "pid", "quadcopter_control", "rover_control"),
-    *("quadcopter_tuning", "attitude_control", "speed_limit"),
+    *("quadcopter_tuning", "attitude_control"),
 )
 PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "functools"}
 SANS_IO = (
-    *(f"transport/{name}" for name in ("mavlink", "extra_messages", "frames", "wire")),
+    *(f"transport/{name}" for name in ("mavlink", "dialect", "form", "extra_messages", "frames", "wire")),
     *(f"gcs/team/{name}" for name in ("mission", "starter", "coordinator", "member")),
     *(f"gcs/team/{name}" for name in ("setpoints", "fence")),
     *(f"vehicles/{name}" for name in ("vehicle", "routing", "attention")),
@@ -83,7 +83,7 @@ def test_a_foreign_package_has_one_door(package):
 
 
 def test_only_the_generated_dialect_of_pymavlink_is_used():
-    names = {n for n in imports(ROOT / "transport/mavlink.py") if n.startswith("pymavlink")}
+    names = {n for n in imports(ROOT / "transport/dialect.py") if n.startswith("pymavlink")}
     assert names
     assert all(name.startswith("pymavlink.dialects.v20") for name in names)
     assert not any("mavutil" in name for path in MODULES for name in imports(path))

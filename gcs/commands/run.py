@@ -1,7 +1,6 @@
 """`mavherd run`: a scenario from start to report."""
 
 import argparse
-import math
 import sys
 from pathlib import Path
 
@@ -15,10 +14,13 @@ examples:
   mavherd run crossing-targets --seed 7 --set team.law=paper
   mavherd run crossing-targets --autopilot px4         our own vehicles speak PX4
   mavherd run my.yaml --speed 1                        lockstep, paced to real time
+  mavherd run my.yaml --paused                         waits at the start for space, or a step
   mavherd run circle-traffic --set disturbance=held --json > report.json
   mavherd run tracking --set robots.quad1.params.mass=1.4
   mavherd run one-quad --set robots.quad1.connect=tcp:127.0.0.1:5760   fly a SITL instead
 
+While it runs, at a terminal: space pauses and resumes, `.` steps, `+` and `-` change the speed,
+`1` is real time, `m` as fast as it goes, `q` ends it. From elsewhere: `mavherd clock RUN pause`.
 A ground station can watch on UDP 14550 at any time; other ports are printed at the start.
 `mavherd check` tells first whether external vehicles (`connect`) are ready; see docs/external.md.
 """
@@ -43,6 +45,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--speed", metavar="S", help="times real time, or max (default) for as fast as it goes"
+    )
+    parser.add_argument(
+        "--paused", action="store_true", help="begin with time standing still (lockstep)"
+    )
+    parser.add_argument(
+        "--in-process",
+        action="store_true",
+        help="all vehicles and the coordinator in one process: no ports, no bus, the same bytes",
     )
     parser.add_argument(
         "--confirm",
@@ -82,6 +92,7 @@ def add_scenario_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the scenario and return the exit code."""
     from ...scenarios.loader import load_scenario
+    from ..run.keys import keys_of_terminal
     from ..run.launcher import Run, RunOptions
     from ..run.ports import PortPlan
     from ..run.terminal import RunView, print_outcome
@@ -97,17 +108,21 @@ def run(args: argparse.Namespace) -> int:
             " their own (leave it out: the team runs free)"
         )
     lockstep = not (others or args.free_run)
+    _check_clock(args, lockstep)
     options = RunOptions(
         lockstep=lockstep,
         speed=_speed(args.speed, lockstep),
+        paused=args.paused,
+        in_process=args.in_process,
         record=args.record,
         out=args.out,
         ports=PortPlan(gcs_udp=args.gcs_udp, api_udp=args.api_udp, tcp=args.tcp),
     )
     if others and not args.free_run:
         print(f"note: the team runs free, on the wall clock; external: {others}", file=sys.stderr)
-    with RunView(scenario) as view:
-        outcome = Run(scenario, options, view).execute()
+    keys = keys_of_terminal() if lockstep else None
+    with RunView(scenario, keys=keys is not None) as view:
+        outcome = Run(scenario, options, view, keys).execute()
     print_outcome(outcome)
     if error := outcome.report["error"]:
         print(f"mavherd: {error}", file=sys.stderr)
@@ -116,16 +131,29 @@ def run(args: argparse.Namespace) -> int:
     return outcome.exit_code
 
 
+def _check_clock(args: argparse.Namespace, lockstep: bool) -> None:
+    """Refuse what free-running cannot do."""
+    for option, given in (("--paused", args.paused), ("--in-process", args.in_process)):
+        if given and not lockstep:
+            raise MavherdError(f"{option}: the team runs free, on the wall clock (leave it out)")
+    ports = ("--gcs-udp", args.gcs_udp), ("--api-udp", args.api_udp), ("--tcp", args.tcp)
+    for option, number in ports:
+        if number and args.in_process:
+            raise MavherdError(
+                f"{option} {number}: with --in-process there are no ports (leave out one of them)"
+            )
+
+
 def _speed(text: str | None, lockstep: bool) -> float | None:
     """Return the factor asked for, None for "max"."""
+    from ..run.pacing import read_speed
+
     if text in (None, "max"):
         return None if lockstep else 1.0
     try:
-        speed = float(text or "")
-    except ValueError:
-        speed = math.nan
-    if not 0.01 <= speed <= 1000:
-        raise MavherdError(f"--speed {text}: expected a factor of 0.01..1000, or max")
+        speed = read_speed(text or "")
+    except MavherdError as error:
+        raise MavherdError(f"--{error}") from None
     if not lockstep and speed != 1:
         raise MavherdError("--speed: free-running follows the wall clock (leave it out)")
     return speed

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...scenarios.starts import CONTACT_RADIUS
 from ...transport.frames import Triple
 from ...vehicles.truth import RATE_HZ
-from .truth import Floats, Track
+from .truth import Floats, Trail
 
 CLEAR_M = 0.1  # gap at which a contact is over
 LEVEL_M = 0.5  # a quadcopter less than this above a rover's top is at its level
@@ -72,7 +72,7 @@ def contact_distance(kind: str, other: str) -> float:
     return BODIES[kind].radius + BODIES[other].radius
 
 
-def align(tracks: Sequence[Track], start: float, end: float, rate: float = RATE_HZ) -> Aligned:
+def align(tracks: Sequence[Trail], start: float, end: float, rate: float = RATE_HZ) -> Aligned:
     """Return positions at multiples of 1/`rate` within the tracks' time and `start`..`end`."""
     known = [track for track in tracks if len(track)]
     if known:
@@ -114,7 +114,7 @@ def separations(kinds: Sequence[str], position: Floats, i: int, j: slice) -> tup
 
 
 def examine(
-    tracks: Sequence[Track], ready_at: float | None, ended_at: float
+    tracks: Sequence[Trail], ready_at: float | None, ended_at: float
 ) -> tuple[list[Pair], list[Collision]]:
     """Return every pair's smallest separation from `ready_at` on, and the run's collisions.
 
@@ -158,9 +158,13 @@ def examine(
 def _first_contacts(a: Body, b: Body, at: Floats, bt: Floats) -> list[int]:
     """Return the samples at which a contact begins that is not the last one going on."""
     d = bt - at
-    beside = np.hypot(d[0], d[1]) - (a.radius + b.radius)
     over = _vertical_gap(a, b, d[2])
-    hits = np.flatnonzero((beside < 0) & (over < 0))
+    level = np.flatnonzero(over < 0)
+    touch = a.radius + b.radius
+    hits = level[np.hypot(d[0, level], d[1, level]) - touch < 0]
+    if not len(hits):
+        return []
+    beside = np.hypot(d[0], d[1]) - touch
     times_clear = np.cumsum((beside >= CLEAR_M) | (over >= CLEAR_M))
     return hits[np.diff(times_clear[hits], prepend=-1) > 0].tolist()
 

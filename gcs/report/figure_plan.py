@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...scenarios.paths import path_duration, reference
+from ...scenarios.paths import path_duration
+from ...scenarios.route import Route
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.frames import yaw_of
 from .contact import BODIES
@@ -80,7 +81,8 @@ def _asked_for(spec: RobotSpec, scenario: Scenario) -> Floats:
     """Return the points of a robot's path; one where it has none."""
     duration = path_duration(spec.path)
     times = [0.0] if duration is None else np.linspace(0, duration, 200).tolist()
-    return np.array([reference(spec.path, spec, scenario.team, t).position for t in times])
+    route = Route(spec.path, spec, scenario.team)
+    return np.array([route.at(t).position for t in times])
 
 
 def _plan_panel(

@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...scenarios.paths import end_point, path_duration, reference
+from ...scenarios.paths import end_point, path_duration
+from ...scenarios.route import Route
 from ...scenarios.schema import Expect, Goto, Hold, RobotSpec, Scenario, Team
 from ...vehicles.truth import RATE_HZ
 from .contact import CLASSES, Collision, Pair, examine
-from .truth import Floats, Track
+from .truth import Floats, Trail
 
 ARRIVAL_M = 0.2  # from the target
 AWAY_M = 0.5  # a post farther than this from the start has to be reached
@@ -81,7 +82,7 @@ class Verdict:
 def judge(
     scenario: Scenario,
     starts: tuple[RobotSpec, ...],
-    tracks: Sequence[Track],
+    tracks: Sequence[Trail],
     ready_at: float | None,
     ended_at: float,
 ) -> Verdict:
@@ -113,7 +114,7 @@ def judge(
 def _robots(
     team: Team,
     starts: Sequence[RobotSpec],
-    tracks: Sequence[Track],
+    tracks: Sequence[Trail],
     ready_at: float | None,
     ended_at: float,
     pairs: Sequence[Pair],
@@ -156,9 +157,10 @@ class _Way(NamedTuple):
     position: Floats
 
 
-def _cut(track: Track, ready_at: float, ended_at: float) -> _Way:
-    inside = (track.time >= ready_at - 1e-6) & (track.time <= ended_at + 1e-6)
-    return _Way(track.time[inside] - ready_at, track.position[inside])
+def _cut(track: Trail, ready_at: float, ended_at: float) -> _Way:
+    first = np.searchsorted(track.time, ready_at - 1e-6, "left")
+    last = np.searchsorted(track.time, ended_at + 1e-6, "right")
+    return _Way(track.time[first:last] - ready_at, track.position[first:last])
 
 
 def _reached(spec: RobotSpec, team: Team, way: _Way | None) -> RobotResult:
@@ -215,14 +217,16 @@ def _rmse(spec: RobotSpec, team: Team, way: _Way | None, end: float) -> float | 
     inside = inside[:: RATE_HZ // TRACKING_HZ]
     if not len(inside):
         return None
-    wanted = [reference(spec.path, spec, team, t).position for t in way.time[inside].tolist()]
+    route = Route(spec.path, spec, team)
+    wanted = [route.at(t).position for t in way.time[inside].tolist()]
     error = _distance(spec.kind, way.position[inside], np.array(wanted))
     return float(np.sqrt(np.mean(error**2)))
 
 
 def _distance(kind: str, position: Floats, target: Floats) -> Floats:
-    axes = 2 if kind == "rover" else 3
-    distance: Floats = np.linalg.norm((position - target)[:, :axes], axis=1)
+    east, north, up = (position[:, axis] - target[..., axis] for axis in range(3))
+    squared = east * east + north * north
+    distance: Floats = np.sqrt(squared if kind == "rover" else squared + up * up)
     return distance
 
 

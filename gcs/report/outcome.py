@@ -1,8 +1,9 @@
 """From a run that has ended to its report: read the truth, judge it, write everything down."""
 
 import platform
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,9 @@ from typing import Any
 from ... import __version__
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.tlog import digest
-from .judge import judge
+from .judge import Verdict, judge
 from .report import RunFacts, build_report, write_report
-from .truth import Track, TruthError, read_truth
+from .truth import Track, Trail, TruthError, read_truth
 
 PASSED, FAILED, TIMED_OUT, INTERRUPTED = 0, 1, 4, 130
 
@@ -62,12 +63,43 @@ def conclude(
     ]
     whole = all(log.exists() for log in tlogs)
     finished = all((log.parent / "truth.bin").exists() for log in tlogs)
+    ending = replace(ending, partial=ending.partial or not whole or not finished)
+    report, verdict = assess(
+        scenario,
+        starts,
+        tracks,
+        ending,
+        run_id=folder.name,
+        digest=digest(tlogs) if lockstep and whole and ending.ticks else None,
+        lockstep=lockstep,
+        speed=speed,
+        ports=ports,
+    )
+    notes = write_report(folder, report, scenario, starts, tracks, verdict, figures=figures)
+    if record and find_spec("rerun") is None:
+        notes.append("rerun-sdk is missing, so no recording (pip install 'mavherd[view]')")
+    return Outcome(report["exit_code"], folder, report, notes)
+
+
+def assess(
+    scenario: Scenario,
+    starts: tuple[RobotSpec, ...],
+    tracks: Sequence[Trail],
+    ending: Ending,
+    *,
+    run_id: str,
+    digest: str | None,
+    lockstep: bool = True,
+    speed: float | None = None,
+    ports: Mapping[str, Any] | None = None,
+) -> tuple[dict[str, Any], Verdict]:
+    """Judge a run by its `tracks`; return the report and the verdict that is in it."""
     verdict = judge(scenario, starts, tracks, ending.ready_at, ending.now)
     exit_code = ending.exit_code
     if exit_code == PASSED and not verdict.passed:
         exit_code = FAILED
     facts = RunFacts(
-        run_id=folder.name,
+        run_id=run_id,
         seed=scenario.seed,
         law=scenario.team.law,
         lockstep=lockstep,
@@ -75,9 +107,9 @@ def conclude(
         duration_s=ending.now,
         wall_s=ending.wall_s,
         real_time_factor=ending.now / ending.wall_s if ending.wall_s else 0.0,
-        digest=digest(tlogs) if lockstep and whole and ending.ticks else None,
+        digest=digest,
         outside_clients=ending.outside_clients,
-        partial=ending.partial or not whole or not finished,
+        partial=ending.partial,
         ticks=ending.ticks,
         late_ticks=ending.late_ticks,
         error=ending.error,
@@ -85,13 +117,9 @@ def conclude(
         version=__version__,
         python=platform.python_version(),
         platform=platform.platform(),
-        ports=ports,
+        ports=ports or {},
     )
-    report = build_report(scenario, verdict, facts)
-    notes = write_report(folder, report, scenario, starts, tracks, verdict, figures=figures)
-    if record and find_spec("rerun") is None:
-        notes.append("rerun-sdk is missing, so no recording (pip install 'mavherd[view]')")
-    return Outcome(exit_code, folder, report, notes)
+    return build_report(scenario, verdict, facts), verdict
 
 
 def _tracks(folder: Path, starts: tuple[RobotSpec, ...]) -> list[Track]:

@@ -78,6 +78,9 @@ def _verdict(r: Mapping[str, Any]) -> Iterator[str]:
         yield f'<p class="bad">{escape(r["error"])}</p>'
     if r["partial"]:
         yield '<p class="bad">Partial: some files of this run are missing or incomplete.</p>'
+    if n := r["outside_clients"]:
+        yield f"<p>{n} outside client{'s' * (n > 1)} took part, and may have steered: another run "
+        yield "of this seed may differ.</p>"
     yield '<ul class="checks">'
     for a in r["assertions"]:
         tone, word = ("good", "pass") if a["passed"] else ("bad", "FAIL")

@@ -1,4 +1,4 @@
-"""Tables for the terminal: where to connect when a run starts, how it went when it has ended."""
+"""The table that a run ends with: how it went, and where to look further."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -9,25 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-MAX_PORTS = 8  # lines; ports.json has all
 MAX_ROBOTS = 24  # lines; the report has all
-
-
-def ports_table(ports: Mapping[str, Any]) -> RenderableType:
-    """Return where each vehicle sends to and listens; as many as fit."""
-    table = _table()
-    for head in ("vehicle", "id", "MAVLink sent to (UDP)", "served at (TCP)"):
-        table.add_column(head, no_wrap=True)
-    vehicles = [(name, p) for name, p in ports.items() if isinstance(p, Mapping)]
-    for name, p in vehicles[:MAX_PORTS]:
-        if "connect" in p:
-            table.add_row(name, str(p["system_id"]), "external", p["connect"])
-        else:
-            table.add_row(name, str(p["system_id"]), ", ".join(p["udp"]) or "-", p["tcp"] or "-")
-    if len(vehicles) > MAX_PORTS:
-        more = Text(f"and {len(vehicles) - MAX_PORTS} more, in ports.json", style="dim")
-        return Group(table, more)
-    return table
 
 
 def summary_table(report: Mapping[str, Any], folder: Path | None = None) -> RenderableType:

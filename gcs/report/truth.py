@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...transport.errors import MavherdError
 from ...transport.frames import quaternion_to_enu, swap_ned_enu
+from ...vehicles.config import VehicleConfig
 from ...vehicles.truth import POSE_COLUMNS, SCHEMA
 
 Floats = NDArray[np.float64]
@@ -46,16 +47,43 @@ class Track:
         return len(self.time)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Where one robot truly was, and nothing else of it; see `Track`."""
+
+    name: str
+    kind: str
+    system_id: int
+    time: Floats
+    position: Floats
+    source: str = "physics"
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+Trail = Track | Places
+"""What robots are judged by."""
+
+
+def to_places(config: VehicleConfig, rows: bytes | bytearray) -> Places:
+    """Return what a vehicle's `PlaceLog` has kept."""
+    table = np.frombuffer(rows, dtype="<f8").reshape(-1, 4)
+    time, position = table[:, 0].copy(), table[:, 1:4] @ _TO_ENU
+    return Places(config.name, config.kind, config.system_id, time, position)
+
+
 def read_truth(path: Path) -> Track:
     """Return the track in `path` (a `.part` too: a torn last row is left out)."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise TruthError(f"{path}: {error.strerror}") from None
-    line, newline, rows = data.partition(b"\n")
-    if not newline:
+    end = data.find(b"\n")
+    if end < 0:
         raise TruthError(f"{path}: no header line (the vehicle stopped before its first row?)")
-    header = _header(path, line)
+    header = _header(path, data[:end])
+    rows = memoryview(data)[end + 1 :]
     return _track(header, rows[: len(rows) - len(rows) % _row_bytes(header)])
 
 
@@ -123,7 +151,7 @@ def _row_bytes(header: dict[str, Any]) -> int:
     return 8 * len(header["columns"])
 
 
-def _track(header: dict[str, Any], rows: bytes) -> Track:
+def _track(header: dict[str, Any], rows: bytes | memoryview) -> Track:
     columns = tuple(header["columns"])
     table = np.frombuffer(rows, dtype="<f8").reshape(-1, len(columns))
     actuators = len(POSE_COLUMNS)

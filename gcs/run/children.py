@@ -113,10 +113,10 @@ class Nursery:
                 self._next(left)
         return self._exits.get(pid)
 
-    def close(self) -> None:
-        """End the nursery and every vehicle in it."""
+    def close(self, *, at_once: bool = False) -> None:
+        """End the nursery and every vehicle in it; `at_once` without letting them finish."""
         self._channel.close()
-        self._child.end()
+        self._child.end(0.0 if at_once else _END_S)
         self._child.kill()  # whatever it may have left in its group
 
 
@@ -131,6 +131,7 @@ class Recorder:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
         )
+        self._is_up = False
 
     @property
     def ended(self) -> bool:
@@ -142,18 +143,22 @@ class Recorder:
         stdout = self._child.process.stdout
         assert stdout is not None  # noqa: S101 - a pipe was asked for
         ready, _, _ = select.select([stdout], [], [], timeout)
-        return bool(ready and stdout.readline().strip() == b"ready")
+        self._is_up = bool(ready and stdout.readline().strip() == b"ready")
+        return self._is_up
 
     def close(self, timeout: float, interrupted: Callable[[], bool]) -> bool:
-        """Have it finish the recording; return whether it did. An interrupt leaves it a second."""
+        """Have it finish the recording; return whether it did.
+
+        An interrupt leaves it a second, and none when it was not up yet.
+        """
         if self._child.process.stdin:
             with suppress(OSError):
                 self._child.process.stdin.close()
         deadline = time.monotonic() + timeout
-        while self._child.wait(_SLICE_S) is None and time.monotonic() < deadline:
-            if interrupted():
+        while not interrupted() and time.monotonic() < deadline:
+            if self._child.wait(_SLICE_S) is not None:
                 break
-        code = self._child.end(_HURRY_S if interrupted() else 0.0)
+        code = self._child.end(_HURRY_S if interrupted() and self._is_up else 0.0)
         if self._child.process.stdout:
             self._child.process.stdout.close()
         return code == 0

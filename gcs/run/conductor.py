@@ -4,33 +4,31 @@ import select
 import socket
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ...transport.channel import ChannelClosed
 from ...transport.errors import VehicleError
-from ...transport.links import patience
-from ...vehicles.process import DONE, GRANT, LIVENESS_S
+from ...vehicles.process import LIVENESS_S
+from ..team.barrier import SLICE_S, Died, VehicleHandle
 
-_SLICE_S = 0.2  # how often a wait looks whether the user has pressed Ctrl-C
-_MAX_LAG_S = 0.5
+__all__ = [
+    "Clock",
+    "CoordinatorHandle",
+    "Died",
+    "FreeRun",
+    "Interrupted",
+    "Lockstep",
+    "Partner",
+    "VehicleHandle",
+]
+
+BATCH_S = 0.02  # of wall time that a coordinator goes on by itself: a user notices no more
 
 
 class Interrupted(Exception):  # noqa: N818 - an order, not an error
     """The user wants the run to end now."""
-
-
-@dataclass(slots=True)
-class VehicleHandle:
-    """The conductor's end of one vehicle process."""
-
-    name: str
-    pid: int
-    control: socket.socket
-    incoming: int = 0  # datagrams that wait for the vehicle
-    outside_clients: int = 0
-    ticks: int = 0  # free-running: slices of its own
-    late: int = 0
 
 
 class Partner(Protocol):
@@ -69,13 +67,13 @@ class CoordinatorHandle:
 
     name: str
     channel: Partner
-    vehicles: list[VehicleHandle]
     external: tuple[str, ...] = ()  # its external vehicles
     prepared: bool = True  # and those may be steered now
     finished: bool = False
     heard_at: float = 0.0  # on the monotonic clock
     late: int = 0
     ticks: int = 0
+    ready: bool = False  # it has come up
     parted: bool = False  # it has said its last word: external vehicles were seen to
 
 
@@ -107,6 +105,8 @@ class Clock:
         """Take in what a coordinator says; raise VehicleError when it gives up."""
         for event in message.get("events", ()):
             self.on_event(event)
+        if died := message.get("died"):
+            raise Died(*died)
         if error := message.get("error"):
             raise VehicleError(error)
         coordinator.finished = message.get("finished", coordinator.finished)
@@ -115,112 +115,86 @@ class Clock:
         coordinator.ticks = message.get("ticks", coordinator.ticks)
 
 
-class Died(VehicleError):  # noqa: N818 - reads as what it is
-    """A process that has ended; the launcher adds how."""
-
-    def __init__(self, name: str, pid: int | None, now: float) -> None:
-        self.name, self.pid, self.now = name, pid, now
-        super().__init__(f"{name} died at {now:.2f} s")
-
-
 @dataclass(slots=True)
 class Lockstep(Clock):
-    """One tick is one coordination period: vehicles first, then coordinators.
+    """One tick is one coordination period: vehicles first, then their coordinators.
 
-    Each grant says how many datagrams were sent to its receiver in the phase before, so that
-    nothing is in flight across a tick.
+    A coordinator conducts its own vehicles; we grant time to all coordinators. One that is alone
+    may get several ticks at once; several advance tick by tick, each by the states of the others.
     """
 
     def tick(self, period_us: int) -> None:
         """Advance everybody by one period."""
+        self.advance(period_us)
+
+    def advance(self, period_us: int, most: int = 1, wall_s: float = BATCH_S) -> int:
+        """Advance everybody by up to `most` periods; return by how many.
+
+        Fewer it is when the team is done, when there are several coordinators, or when `wall_s`
+        seconds of wall time are over.
+        """
         until_us = round(self.now * 1e6) + period_us
-        for vehicle in self.vehicles:
-            try:
-                vehicle.control.sendall(GRANT.pack(until_us, vehicle.incoming))
-            except OSError:
-                raise Died(vehicle.name, vehicle.pid, self.now) from None
-        sent = {}
-        for vehicle in reversed(self.vehicles):  # the last to begin ends last: wake up once
-            _, sent[vehicle.name], outside, _ = DONE.unpack(self._done(vehicle))
-            vehicle.outside_clients = outside
+        grant = {
+            "until_us": until_us,
+            "period_us": period_us,
+            "ticks": most if len(self.coordinators) == 1 else 1,
+            "wall_s": wall_s,
+        }
         for coordinator in self.coordinators:
-            expect = [sent[v.name] for v in coordinator.vehicles]
             try:
-                coordinator.channel.send({"until_us": until_us, "expect": expect})
+                coordinator.channel.send(grant)
             except ChannelClosed:
-                raise Died(coordinator.name, None, self.now) from None
+                self._hear_last_words(coordinator)
+        early: dict[str, dict[str, Any]] = {}
+        ticks = 0
         for coordinator in self.coordinators:
-            answer = self._answer(coordinator)
+            answer = self._answer(coordinator, early)
             self.take(coordinator, answer)
-            for vehicle, count in zip(coordinator.vehicles, answer["sent"], strict=True):
-                vehicle.incoming = count
-        self.now = until_us * 1e-6
-        self.ticks += 1
+            ticks = answer["ticks"]
+        self.now = (until_us + (ticks - 1) * period_us) * 1e-6
+        self.ticks += ticks
+        return ticks
 
-    def __post_init__(self) -> None:
-        for vehicle in self.vehicles:
-            patience(vehicle.control, _SLICE_S)
-
-    def _done(self, vehicle: VehicleHandle) -> bytes:
-        data, deadline = b"", 0.0
-        while len(data) < DONE.size:
-            try:
-                part = vehicle.control.recv(DONE.size - len(data))
-            except BlockingIOError:
-                deadline = deadline or time.monotonic() + LIVENESS_S
-                self._check(deadline, vehicle.name, vehicle.pid)
-                continue
-            except OSError:
-                part = b""
-            if not part:
-                raise Died(vehicle.name, vehicle.pid, self.now)
-            data += part
-        return data
-
-    def _answer(self, coordinator: CoordinatorHandle) -> dict[str, Any]:
+    def _answer(
+        self, coordinator: CoordinatorHandle, early: dict[str, dict[str, Any]]
+    ) -> dict[str, Any]:
+        """Return an answer; those of others that come meanwhile go into `early`."""
         deadline = time.monotonic() + 2 * LIVENESS_S  # it waits for others itself
         while True:
+            if (answer := early.pop(coordinator.name, None)) is not None:
+                return answer
             try:
-                answer = coordinator.channel.receive(_SLICE_S)
+                answer = coordinator.channel.receive(SLICE_S)
             except ChannelClosed:
                 raise Died(coordinator.name, None, self.now) from None
             if answer is not None:
                 return answer
-            for other in self.coordinators:  # this one may be waiting for a state of theirs
-                if other.channel.ended:
-                    raise Died(other.name, None, self.now)
-            self._check(deadline, coordinator.name, None)
+            for other in self.coordinators:  # it may be waiting for one that has given up
+                self._look_at(other, early)
+            if self.interrupted():
+                raise Interrupted
+            if time.monotonic() > deadline:
+                raise VehicleError(
+                    f"{coordinator.name} is frozen: no answer to the tick after {self.now:.2f} s "
+                    f"for {2 * LIVENESS_S:.0f} s"
+                )
 
-    def _check(self, deadline: float, name: str, pid: int | None) -> None:
-        if self.interrupted():
-            raise Interrupted
-        if time.monotonic() > deadline:
-            process = f"{name} (pid {pid})" if pid else name
-            raise VehicleError(
-                f"{process} is frozen: no answer to the tick after {self.now:.2f} s for "
-                f"{LIVENESS_S:.0f} s"
-            )
+    def _look_at(self, other: CoordinatorHandle, early: dict[str, dict[str, Any]]) -> None:
+        try:
+            answer = other.channel.receive(0.0)
+        except ChannelClosed:
+            raise Died(other.name, None, self.now) from None
+        if answer is not None:
+            if "ticks" not in answer:
+                self.take(other, answer)  # which raises what has gone wrong there
+            early[other.name] = answer
 
-
-class Pacer:
-    """Holds lockstep back to `speed` times real time and counts the ticks that came too late."""
-
-    def __init__(self, speed: float, period: float) -> None:
-        self._pace = period / speed
-        self._due = time.monotonic()
-        self.late = 0
-
-    def wait(self) -> None:
-        """Sleep until the next tick is due; a tick is late when its successor already was."""
-        self._due += self._pace
-        lag = time.monotonic() - self._due
-        if lag > max(self._pace, _MAX_LAG_S):  # skip rather than race to catch up
-            self.late += int(lag / self._pace)
-            self._due += lag
-        elif lag > self._pace:
-            self.late += 1
-        elif lag < 0:
-            time.sleep(-lag)
+    def _hear_last_words(self, coordinator: CoordinatorHandle) -> None:
+        """Raise what a coordinator that has ended by itself said last, or that it died."""
+        with suppress(ChannelClosed):
+            if (last := coordinator.channel.receive(0.0)) is not None:
+                self.take(coordinator, last)
+        raise Died(coordinator.name, None, self.now)
 
 
 class FreeRun(Clock):
@@ -228,16 +202,19 @@ class FreeRun(Clock):
 
     def listen(self, started: float, timeout: float) -> None:
         """Take in what comes within `timeout` seconds; fleet time counts from `started`."""
-        by_socket = {c.channel.socket: c for c in self.coordinators}
-        dying = {v.control: v for v in self.vehicles}
-        ready, _, _ = select.select([*by_socket, *dying], [], [], timeout)
+        talking = {c.channel.socket.fileno(): c for c in self.coordinators}
+        dying = {v.control.fileno(): v for v in self.vehicles}
+        poll = select.poll()  # select() knows 1024 files only
+        for fd in (*talking, *dying):
+            poll.register(fd, select.POLLIN)
+        ready = poll.poll(timeout * 1000)
         self.now = time.monotonic() - started
         if self.interrupted():
             raise Interrupted
-        for sock in ready:
-            if sock in dying:
-                raise Died(dying[sock].name, dying[sock].pid, self.now)
-            coordinator = by_socket[sock]
+        for fd, _ in ready:
+            if fd in dying:
+                raise Died(dying[fd].name, dying[fd].pid, self.now)
+            coordinator = talking[fd]
             try:
                 message = coordinator.channel.receive(LIVENESS_S)
             except ChannelClosed:

@@ -13,13 +13,13 @@ from typing import Any
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.channel import Channel, ChannelClosed
 from ...transport.errors import LinkError, VehicleError
-from ...transport.links import patience, socket_pair_udp
+from ...transport.links import socket_pair_udp
 from ...vehicles.config import VehicleConfig
-from ...vehicles.process import DONE, LIVENESS_S
+from ...vehicles.process import LIVENESS_S
 from ..station import STACKS
 from .children import READY_S, Child, Nursery, Recorder, how_it_ended
 from .conductor import CoordinatorHandle, Died, Interrupted, VehicleHandle
-from .parting import END_S, Note, half_close, left, part
+from .parting import END_S, Note, came_up, half_close, hear_out, left, part
 from .ports import LOOPBACK, PortPlan
 
 _RECORDER_END_S = 20.0
@@ -52,6 +52,7 @@ class Crew:
         self._nursery: Nursery | None = None
         self._recorder: Recorder | None = None
         self._children: list[Child] = []  # one for each coordinator
+        self._is_up = False  # all of them
         try:
             for spec in starts:
                 if spec.external:  # somebody else has started it
@@ -89,6 +90,7 @@ class Crew:
         names = [spec.name for spec in self._starts if spec.name not in ours]
         self._start_coordinators(names, ends, {"endpoint": endpoint, **common})
         self._wait_ready()
+        self._is_up = True
 
     def _start_vehicles(self, nursery: Nursery, common: dict[str, Any]) -> dict[str, socket.socket]:
         """Start every vehicle of our own; return the coordinator's end of each one's socket."""
@@ -152,26 +154,34 @@ class Crew:
         groups = [names] if together else [[name] for name in names]
         for own in filter(None, groups):
             ours, theirs = socket.socketpair()
+            vehicles = [by_name[n] for n in own if n in by_name]
             fds = {name: ends[name].fileno() if name in ends else None for name in own}
+            conducted = [
+                (v.name, v.pid, v.control.fileno()) for v in vehicles if common["lockstep"]
+            ]
             self._children.append(
                 Child(
                     "mavherd.gcs.team.coordinator_process",
                     [str(theirs.fileno())],
                     log=self._folder / "launcher.txt",
-                    fds=[theirs.fileno(), *(fd for fd in fds.values() if fd is not None)],
+                    fds=[
+                        theirs.fileno(),
+                        *(fd for fd in fds.values() if fd is not None),
+                        *(fd for _, _, fd in conducted),
+                    ],
                 )
             )
             theirs.close()
             name = "the coordinator" if together else f"the coordinator of {own[0]}"
-            vehicles = [by_name[n] for n in own if n in by_name]
             external = tuple(name for name in own if name not in by_name)
             handle = CoordinatorHandle(
-                name, Channel(ours), vehicles, external=external, prepared=not external
+                name, Channel(ours), external=external, prepared=not external
             )
             job = {
                 "folder": str(self._folder.absolute()),
                 "run_id": self._folder.name,
                 "own": fds,
+                "conducted": conducted,
                 **common,
             }
             with suppress(ChannelClosed):  # it is dead already: noticed when it is not ready
@@ -198,6 +208,7 @@ class Crew:
                     ) from None
             if error := answer.get("error"):
                 raise VehicleError(error)
+            coordinator.ready = True
         recorder = self._recorder
         while recorder and not recorder.wait_ready(0.1):
             if self._interrupted():
@@ -217,30 +228,29 @@ class Crew:
 
         Only a frozen process makes us wait, in a `hurry` not for long. Coordinators of external
         vehicles bring those to rest first, which takes as long as a landing, and say so in events
-        for `note`; they are cut short when the user `insists`.
+        for `note`; they are cut short when the user `insists`. Who has not come up yet has
+        nothing to finish, and may be in the midst of its imports: it is killed.
         """
-        for coordinator in self.coordinators:
-            half_close(coordinator.channel.socket)
+        for coordinator, child in zip(self.coordinators, self._children, strict=False):
+            if hurry and not came_up(coordinator):
+                child.kill()
+            else:
+                half_close(coordinator.channel.socket)
         deadline = time.monotonic() + (END_S if hurry else LIVENESS_S)
         for coordinator, child in zip(self.coordinators, self._children, strict=False):
             deadline = part(coordinator, child, deadline, note, insists)
         for child in self._children:
             child.end(left(deadline))
+        at_once = hurry and not self._is_up
         for vehicle in self.vehicles:
             half_close(vehicle.control)
         deadline = time.monotonic() + (END_S / 4 if hurry else LIVENESS_S)
         for vehicle in self.vehicles:
-            patience(vehicle.control, left(deadline))
-            try:
-                while len(data := vehicle.control.recv(4096)) >= DONE.size:
-                    _, vehicle.ticks, vehicle.outside_clients, vehicle.late = DONE.unpack(
-                        data[-DONE.size :]
-                    )
-            except OSError:
-                pass
+            if not at_once:
+                hear_out(vehicle, deadline)
             vehicle.control.close()
         if self._nursery:
-            self._nursery.close()
+            self._nursery.close(at_once=at_once)
         if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted):
             self.partial = True
 

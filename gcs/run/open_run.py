@@ -20,7 +20,8 @@ from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
 from ..safety.abandoned import complaint, fate, may_be_armed
 from .conductor import Clock, FreeRun, Lockstep
 from .crew import Crew
-from .ports import LOOPBACK, PortPlan, free_tcp_port
+from .lease import leased
+from .ports import GCS_UDP, LOOPBACK, PortPlan, free_tcp_port
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +30,8 @@ class RunOptions:
 
     lockstep: bool = True
     speed: float | None = None  # times real time; None: as fast as it goes (lockstep)
+    paused: bool = False  # time stands still until somebody lets it go on (lockstep)
+    in_process: bool = False  # all vehicles and coordinators in this process (lockstep)
     record: bool = True
     figures: bool = True
     out: Path = Path("runs")
@@ -42,8 +45,13 @@ class View(Protocol):
         """Everything is up; the run begins."""
         ...
 
-    def update(self, now: float, states: list[VehicleState], factor: float) -> None:
-        """Show the team at fleet time `now`, running `factor` times as fast as real time."""
+    def update(
+        self, now: float, states: list[VehicleState], factor: float, clock: str = ""
+    ) -> None:
+        """Show the team at fleet time `now`, running `factor` times as fast as real time.
+
+        `clock` says what was asked of the clock: "paused", "speed 2", or nothing.
+        """
         ...
 
     def event(self, event: dict[str, Any]) -> None:
@@ -57,7 +65,9 @@ class Unseen:
     def started(self, folder: Path, ports: dict[str, Any]) -> None:
         """Show nothing."""
 
-    def update(self, now: float, states: list[VehicleState], factor: float) -> None:
+    def update(
+        self, now: float, states: list[VehicleState], factor: float, clock: str = ""
+    ) -> None:
         """Show nothing."""
 
     def event(self, event: dict[str, Any]) -> None:
@@ -85,7 +95,11 @@ class OpenRun:
         self.starts = draw_starts(scenario)
         stamp = time.strftime("%Y%m%d-%H%M%S")
         self.folder = options.out / f"{scenario.name}-{stamp}-{secrets.token_hex(2)}"
-        self.crew = Crew(scenario, self.starts, options.ports, interrupted)
+        with ExitStack() as stack:
+            self._plan = stack.enter_context(leased(options.ports))
+            self.crew = Crew(scenario, self.starts, self._plan, interrupted)
+            stack.callback(self.crew.release)
+            self._stack = stack.pop_all()
         self.clock: Clock | None = None
         self.started = 0.0  # free-running, fleet time is 0 then, on the monotonic clock
         self.ready_at: float | None = None  # when the last robot began its path
@@ -97,8 +111,6 @@ class OpenRun:
         self._active: set[str] = set()  # vehicles that have begun their path
         self._phases: dict[str, str] = {}  # the last that was told of each
         self._events: Publisher | None = None
-        self._stack = ExitStack()
-        self._stack.callback(self.crew.release)
 
     def start(self) -> Clock:
         """Start everybody and return the clock; call `stop` whatever happens."""
@@ -122,6 +134,9 @@ class OpenRun:
         kind = Lockstep if lockstep else FreeRun
         self.clock = kind(crew.vehicles, crew.coordinators, self._interrupted, self.note)
         self._view.started(self.folder, crew.ports)
+        if self._plan != self.options.ports:
+            text = f"another run has UDP {GCS_UDP}: this one sends to {self._plan.gcs_udp}"
+            self.note({"t": 0.0, "vehicle": None, "kind": "ports", "text": text})
         return self.clock
 
     def note(self, event: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Parting from a coordinator: it is told to end, and heard out; external vehicles come first."""
+"""Parting from those who are told to end: they are heard out; external vehicles come first."""
 
 import socket
 import time
@@ -7,9 +7,10 @@ from contextlib import suppress
 from typing import Any
 
 from ...transport.channel import ChannelClosed
-from ...vehicles.process import LIVENESS_S
+from ...transport.links import patience
+from ...vehicles.process import DONE, LIVENESS_S
 from .children import Child
-from .conductor import CoordinatorHandle
+from .conductor import CoordinatorHandle, VehicleHandle
 
 END_S = 1.0  # for everybody to end, in a hurry
 _SLICE_S = 0.1  # how often a wait looks whether the user insists
@@ -22,6 +23,23 @@ def half_close(sock: socket.socket) -> None:
     """Let the other end see end-of-file, the order to end."""
     with suppress(OSError):  # it may be gone already
         sock.shutdown(socket.SHUT_WR)
+
+
+def came_up(coordinator: CoordinatorHandle) -> bool:
+    """Return whether a coordinator has come up, though nobody may have read its word of it."""
+    with suppress(ChannelClosed):
+        if not coordinator.ready and (first := coordinator.channel.receive(0.0)) is not None:
+            coordinator.ready = "ready" in first
+    return coordinator.ready
+
+
+def hear_out(vehicle: VehicleHandle, deadline: float) -> None:
+    """Take in the last word of a vehicle process, which ends with it."""
+    patience(vehicle.control, left(deadline))
+    with suppress(OSError):
+        while len(data := vehicle.control.recv(4096)) >= DONE.size:
+            last = DONE.unpack(data[-DONE.size :])
+            _, vehicle.ticks, vehicle.outside_clients, vehicle.late = last
 
 
 def part(

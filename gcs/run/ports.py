@@ -28,8 +28,10 @@ class PortPlan:
         ports = [gcs] if gcs else []
         if api:
             port = api + instance
-            # 14550 and what follows it move up by one: 14550 belongs to ground stations
-            ports.append(port + 1 if api <= GCS_UDP <= port else port)
+            # what belongs to ground stations is stepped over: all that follows moves up by one
+            for reserved in sorted({GCS_UDP, gcs or GCS_UDP}):
+                port += api <= reserved <= port
+            ports.append(port)
         if max(ports, default=0) > _LAST:
             raise LinkError(
                 f"udp:{LOOPBACK}:{max(ports)}: ports end at {_LAST} "

@@ -10,13 +10,18 @@ from rich.console import Console
 from ...scenarios.paths import end_point
 from ...scenarios.schema import Goto, Hold, Scenario
 from ...transport.wire import VehicleState
-from ..report.summary import ports_table, summary_table
+from ..report.summary import summary_table
+from .keys import HINT
 from .live_view import LiveView
+from .ports_table import ports_table
+from .team_text import Scene
 
 if TYPE_CHECKING:
     from ..report.outcome import Outcome
 
-_PRINTED = ("preflight", "problem", "link", "rest")  # kinds of events: all about external vehicles
+_PRINTED = ("preflight", "problem", "link", "rest", "ports")  # kinds of events
+_TROUBLE = ("problem", "link", "bus")
+_TROUBLE_S = 20.0  # of fleet time, in which it is shown
 
 
 class QuietConsole(Console):
@@ -31,12 +36,18 @@ class QuietConsole(Console):
 
 
 class RunView:
-    """The launcher's view of one scenario: ports when it starts, the team, what happens."""
+    """The launcher's view of one scenario: ports when it starts, the team, what happens.
 
-    def __init__(self, scenario: Scenario, console: Console | None = None) -> None:
+    With `keys` it says which keys do something.
+    """
+
+    def __init__(
+        self, scenario: Scenario, console: Console | None = None, *, keys: bool = False
+    ) -> None:
         self._console = console or QuietConsole()
+        hint = HINT if keys else ""
         kinds = {spec.name: spec.kind for spec in scenario.robots}
-        self._live = LiveView(kinds, scenario.duration, self._console)
+        self._live = LiveView(kinds, scenario.duration, self._console, hint)
         self._goals = {
             spec.name: end_point(spec, scenario.team)
             for spec in scenario.robots
@@ -44,6 +55,7 @@ class RunView:
         }
         self._flat = {name for name, kind in kinds.items() if kind == "rover"}
         self._message = ""
+        self._trouble: dict[str, float] = {}  # when something was last said that one should see
 
     def __enter__(self) -> "RunView":
         self._live.__enter__()
@@ -54,21 +66,28 @@ class RunView:
 
     def started(self, folder: Path, ports: Mapping[str, Any]) -> None:
         """Say where outside programs can connect."""
-        self._console.print(ports_table(ports), f"[dim]run folder {folder}[/dim]", highlight=False)
+        if ports:
+            self._console.print(ports_table(ports))
+        self._console.print(f"[dim]run folder {folder}[/dim]", highlight=False)
 
-    def update(self, now: float, states: Sequence[VehicleState], factor: float) -> None:
+    def update(
+        self, now: float, states: Sequence[VehicleState], factor: float, clock: str = ""
+    ) -> None:
         """Show the team at fleet time `now`, running `factor` times as fast as real time."""
-        to_go = {}
+        to_go: dict[str, float] = {}
         for s in states:
             if (goal := self._goals.get(s.name)) is not None:
                 axes = 2 if s.name in self._flat else 3
                 to_go[s.name] = dist(s.position[:axes], goal[:axes])
-        self._live.update(now, states, to_go, factor, self._message)
+        troubled = {name for name, at in self._trouble.items() if now - at < _TROUBLE_S}
+        self._live.update(now, Scene(states, to_go, troubled), factor, self._message, clock)
 
     def event(self, event: Mapping[str, Any]) -> None:
         """Keep what happened last; print what a user waits for, or must know."""
         who = f"{event['vehicle']}: " if event.get("vehicle") else ""
         self._message = f"{who}{event['text']}"
+        if event["kind"] in _TROUBLE and event.get("vehicle"):
+            self._trouble[event["vehicle"]] = event["t"]
         if event["kind"] in _PRINTED:
             self._console.print(self._message, highlight=False, markup=False, soft_wrap=True)
 

@@ -13,8 +13,10 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any, Protocol
 
 from ...transport.errors import MavherdError, os_reason
-from ..run.conductor import CoordinatorHandle, Died, FreeRun, Interrupted, Lockstep, Pacer
+from ..run.conductor import CoordinatorHandle, Died, FreeRun, Interrupted, Lockstep
 from ..run.open_run import OpenRun
+from ..run.pacing import Pacer
+from ..team.barrier import Barrier, serve
 from ..team.ground import Ground
 from .errors import FleetError
 
@@ -60,7 +62,8 @@ class Pace(Protocol):
 class InProcess:
     """The conductor's end of a coordinator that lives in this very process."""
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, barrier: Barrier, ground: Ground) -> None:
+        self._barrier = barrier
         self._ground = ground
         self._answer: dict[str, Any] | None = None
         self.socket, self._other = socket.socketpair()  # nothing ever comes here
@@ -71,8 +74,8 @@ class InProcess:
         return False
 
     def send(self, message: dict[str, Any]) -> None:
-        """Do the tick that is granted."""
-        self._answer = self._ground.serve_grant(message)
+        """Do the ticks that are granted."""
+        self._answer = serve(message, self._barrier, self._ground)
 
     def receive(self, timeout: float | None = None) -> dict[str, Any] | None:
         """Return what came of it."""
@@ -94,10 +97,10 @@ class LockstepPace:
         self._closed = False
         self._run = run
         self._clock = clock
-        self._partner = InProcess(ground)
         by_name = {vehicle.name: vehicle for vehicle in clock.vehicles}
         ours = [by_name[name] for name in ground.core.members if name in by_name]
-        handle = CoordinatorHandle("this script", self._partner, ours)
+        self._partner = InProcess(Barrier(ours, self._look), ground)
+        handle = CoordinatorHandle("this script", self._partner)
         clock.coordinators = [*clock.coordinators, handle]
         self._ticks = run.bus.publisher("clock")
         self._period = 1.0 / run.scenario.team.rate_hz
@@ -139,6 +142,10 @@ class LockstepPace:
         """Let no more time pass."""
         self._closed = True
         self._partner.close()
+
+    def _look(self) -> None:
+        if self._clock.interrupted():
+            raise Interrupted
 
 
 class FreePace:

@@ -154,6 +154,7 @@ def test_an_outside_client_is_served_and_leaves_the_digest_alone(sandbox, short)
     assert done.report["outside_clients"] == 1
     assert done.report["digest"] == short.report["digest"]
     assert "1 outside client" in done.err
+    assert "1 outside client took part" in (done.folder / "report.html").read_text()
 
 
 def test_what_comes_with_mavherd_is_listed_and_checked(sandbox):

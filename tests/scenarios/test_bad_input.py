@@ -116,6 +116,7 @@ def test_a_bad_override_is_named_instead_of_the_file(refused):
         ("robots.0.hold={}", "a second path beside 'hold'"),
         ("robots.0.spacing=3", "robots[0].count: is missing"),
         ("robots.1.count=0", "robots[1].count: must be 1..240, got 0"),
+        ("robots.1.count=241", "robots[1].count: 241 is more than 240 robots (a MAVLink network"),
         # expectations
         ("expect.collisions=-1", "expect.collisions: must be 0..1000000"),
         ("expect.tracking_rmse_m.quda1=0.1", "no robot has this name (did you mean 'quad1'?)"),
@@ -167,7 +168,8 @@ def test_more_robots_than_mavlink_has_ids_are_refused(refused):
         """
     complaint = refused(text)
     assert complaint.startswith("team.yaml:4: robots[1]: more than 240 robots")
-    assert "MAVLink has 255 system ids" in complaint
+    assert "255 system ids" in complaint
+    assert "with its own --gcs-udp, --api-udp and --tcp" in complaint
 
 
 @pytest.mark.parametrize(

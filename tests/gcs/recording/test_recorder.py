@@ -133,7 +133,7 @@ def publish(bus):
             VehicleState(s.name, s.system_id, tick, t, still, still, (1, 0, 0, 0), 4, t >= 1, phase)
             for s in SPECS
         ]
-        team.put(pack_team(tick, [pack_state(state) for state in states]))
+        team.put(pack_team(tick, states))
         target = Target("r1", t, (0.5 * t, 0.3, 0.0), still, still, still)
         targets["r1"].put(pack_target(target))
     for t, vehicle, text in ((0.0, None, "begin"), (3.0, "r1", "active")):

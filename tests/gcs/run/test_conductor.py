@@ -7,9 +7,7 @@ from mavherd.transport.errors import VehicleError
 
 
 def clock(*prepared):
-    coordinators = [
-        CoordinatorHandle(f"c{i}", None, [], prepared=p) for i, p in enumerate(prepared)
-    ]
+    coordinators = [CoordinatorHandle(f"c{i}", None, prepared=p) for i, p in enumerate(prepared)]
     return Clock([], coordinators, lambda: False, lambda event: None)
 
 

@@ -32,6 +32,13 @@ def test_14550_is_stepped_over_wherever_the_api_ports_begin():
     assert targets(PortPlan(api_udp=15000), 5)[1] == 15005
 
 
+def test_so_is_another_port_of_ground_stations():
+    plan = PortPlan(gcs_udp=15550, api_udp=15540)
+    api = [targets(plan, i)[1] for i in range(MAX_SYSTEM_ID)]
+    assert len(set(api)) == MAX_SYSTEM_ID
+    assert 15550 not in api
+
+
 def test_zero_opens_none():
     assert targets(PortPlan(gcs_udp=0), 2) == [API_UDP + 2]
     assert targets(PortPlan(api_udp=0), 2) == [GCS_UDP]

@@ -5,13 +5,17 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from rich.text import Text
 
 from mavherd.gcs.mode_names import mode_name
 from mavherd.gcs.report.judge import judge
 from mavherd.gcs.report.report import RunFacts, build_report
-from mavherd.gcs.report.summary import ports_table, summary_table
+from mavherd.gcs.report.summary import summary_table
 from mavherd.gcs.run import live_view
-from mavherd.gcs.run.live_view import LiveView, nearest, phases
+from mavherd.gcs.run.live_view import LiveView
+from mavherd.gcs.run.ports import PortPlan
+from mavherd.gcs.run.ports_table import ports_table
+from mavherd.gcs.run.team_text import WORST_ROWS, Scene, nearest, phases
 from mavherd.gcs.run.terminal import RunView
 from mavherd.scenarios.schema import Expect, Goto, Point, RobotSpec, Scenario
 from mavherd.transport.wire import Phase, VehicleState
@@ -34,12 +38,17 @@ def clock(monkeypatch):
     return now
 
 
-def screen(states, *, targets=None, width=80, height=24):
+def screen(states, *, targets=None, troubled=(), width=80, height=24, clock="", hint=""):
     out = console(terminal=True, width=width, height=height)
     kinds = {s.name: "rover" for s in states}
-    with LiveView(kinds, 60.0, out) as view:
-        view.update(12.5, states, targets or {}, 3.2, "all ready")
-    return out.file.getvalue()
+    with LiveView(kinds, 60.0, out, hint) as view:
+        view.update(12.5, Scene(states, targets or {}, troubled), 3.2, "all ready", clock)
+        return Text.from_ansi(out.file.getvalue()).plain
+
+
+def rows(text, states):
+    """Return the names that have a line of their own."""
+    return [name for line in text.splitlines() for name in [line.split(" ")[0]] if name in states]
 
 
 def test_a_robot_is_shown_with_mode_phase_place_speed_and_neighbour(clock):
@@ -50,6 +59,12 @@ def test_a_robot_is_shown_with_mode_phase_place_speed_and_neighbour(clock):
     assert "12.5 / 60 s" in text
     assert "3.2x real time" in text
     assert "all ready" in text
+
+
+def test_what_was_asked_of_the_clock_and_what_keys_do_is_shown(clock):
+    lines = screen([state("r1")], clock="paused", hint="q quit").splitlines()
+    assert lines[0].endswith("60 s   3.2x real time   paused")
+    assert lines[-1] == "q quit"
 
 
 def test_names_of_neighbours_are_whole_at_80_columns(clock):
@@ -65,11 +80,33 @@ def test_a_team_taller_than_the_terminal_folds_to_its_worst_and_a_count(clock):
     states = [state(f"r{i:02d}", (5.0 * i, 0.0, 0.0)) for i in range(50)]
     states[30] = state("r30", (5 * 29 + 0.9, 0.0, 0.0))  # nearly touches r29
     text = screen(states, height=15)
-    for name in ("r29", "r30"):
-        assert f"{name} " in text
-    assert "and 40 more; of all 50: 50 active" in text
-    shown = {s.name for s in states if f"\n{s.name} " in text}
-    assert len(shown) == 10  # of 15 lines; the others are the clock, the heads and the count
+    names = {s.name for s in states}
+    shown = rows(text, names)
+    assert {"r29", "r30"} < set(shown)
+    assert f"and {50 - len(shown)} more, farther from trouble" in text
+    assert " 50 rovers: 50 active   nearest 0.90 m" in text
+    assert len(text.splitlines()) == 14  # and one for what comes after the view
+
+
+@pytest.mark.parametrize("count", [30, 100, 240])
+def test_many_robots_fit_a_small_terminal(clock, count):
+    states = [state(f"quadcopter-{i:03d}", (99.0 * i, 0.0, 0.0)) for i in range(count)]
+    lines = screen(states, clock="speed 0.05", hint="keys").splitlines()
+    assert len(lines) < 24
+    assert max(map(len, lines)) <= 80
+    assert len(rows("\n".join(lines), {s.name for s in states})) == WORST_ROWS
+
+
+def test_a_large_terminal_does_not_show_every_one_of_a_hundred(clock):
+    states = [state(f"r{i}", (5.0 * i, 0.0, 0.0)) for i in range(100)]
+    assert len(rows(screen(states, height=200), {s.name for s in states})) == WORST_ROWS
+
+
+def test_a_robot_of_which_something_was_said_is_among_the_worst(clock):
+    states = [state(f"r{i:02d}", (1.0 * i**2, 0.0, 0.0)) for i in range(50)]
+    names = {s.name for s in states}
+    assert "r49" not in rows(screen(states), names)
+    assert "r49" in rows(screen(states, troubled={"r49"}), names)
 
 
 def test_without_a_terminal_a_plain_line_comes_every_five_seconds(clock):
@@ -77,7 +114,8 @@ def test_without_a_terminal_a_plain_line_comes_every_five_seconds(clock):
     with LiveView({"r1": "rover", "r2": "rover"}, 60.0, out) as view:
         for second in range(12):
             clock[0] = 100.0 + second
-            view.update(second, [state("r1"), state("r2", (3.0, 4.0, 0.0))], {}, 1.0, "go [on]")
+            team = [state("r1"), state("r2", (3.0, 4.0, 0.0))]
+            view.update(second, Scene(team, {}), 1.0, "go [on]")
     lines = out.file.getvalue().splitlines()
     assert len(lines) == 3
     assert " ".join(lines[1].split()) == "5.0 s 1.0x 2 active nearest 5.00 m go [on]"
@@ -87,13 +125,13 @@ def test_without_a_terminal_a_plain_line_comes_every_five_seconds(clock):
 def test_the_screen_is_drawn_at_most_four_times_a_second(clock):
     out = console(terminal=True)
     with LiveView({"r1": "rover"}, 60.0, out) as view:
-        view.update(0.0, [state("r1")], {}, 1.0)
+        view.update(0.0, Scene([state("r1")], {}), 1.0)
         before = len(out.file.getvalue())
         clock[0] += 0.2
-        view.update(0.2, [state("r1")], {}, 1.0)
+        view.update(0.2, Scene([state("r1")], {}), 1.0)
         assert len(out.file.getvalue()) == before
         clock[0] += 0.06
-        view.update(0.26, [state("r1")], {}, 1.0)
+        view.update(0.26, Scene([state("r1")], {}), 1.0)
         assert len(out.file.getvalue()) > before
 
 
@@ -154,12 +192,48 @@ def test_the_run_view_measures_the_way_to_go_and_keeps_the_last_event(scenario, 
     assert "r1: active" in text
 
 
-def test_a_hundred_port_lines_become_a_few():
+def printed(ports):
     out = console(terminal=False)
-    vehicle = {"system_id": 1, "udp": [], "tcp": "127.0.0.1:5760"}
-    out.print(ports_table({f"r{i}": vehicle for i in range(100)}))
-    assert "and 92 more, in ports.json" in out.file.getvalue()
-    assert len(out.file.getvalue().splitlines()) == 10
+    out.print(ports_table(ports))
+    return [line.split() for line in out.file.getvalue().splitlines()]
+
+
+def test_the_ports_of_a_hundred_vehicles_become_ranges():
+    plan = PortPlan()
+    ports = {}
+    for i in range(100):
+        name = f"quad{i + 1}" if i < 50 else f"rover{i - 49}"
+        udp = [f"{host}:{port}" for host, port in plan.udp_targets(i)]
+        tcp = f"127.0.0.1:{5760 + 10 * i}"
+        ports[name] = {"system_id": i + 1, "udp": udp, "tcp": tcp}
+    _, quads, rovers, note = printed({**ports, "zenoh": "tcp/127.0.0.1:1"})
+    assert quads == [
+        *("quad1..quad50", "1..50"),
+        *("127.0.0.1:14550,", "14540..14590", "127.0.0.1:5760..6250"),
+    ]
+    assert rovers[:2] == ["rover1..rover50", "51..100"]
+    assert rovers[-1] == "127.0.0.1:6260..6750"
+    assert note[-1] == "ports.json"
+
+
+def test_what_does_not_count_up_is_no_range():
+    def vehicle(system_id, **other):
+        return {"system_id": system_id, "udp": [], "tcp": f"127.0.0.1:{5750 + system_id}", **other}
+
+    ports = {
+        **{f"a{i}": vehicle(i) for i in (1, 2, 4)},  # a number is missing
+        "lead": vehicle(5),
+        "b1": vehicle(6, connect="udpin:0.0.0.0:14600"),
+        "b2": vehicle(7),
+        **{f"c{i}": vehicle(i + (i > 9)) for i in (8, 9, 10, 11)},  # an id is missing
+        **{f"d{i}": vehicle(i) for i in range(20, 40, 2)},
+    }
+    lines = printed(ports)[1:]
+    assert [line[0] for line in lines[:-1]] == [
+        *("a1..a2", "a4", "lead", "b1", "b2", "c8..c9", "c10..c11", "d20")
+    ]
+    assert lines[0] == ["a1..a2", "1..2", "-", "127.0.0.1:5751..5752"]
+    assert " ".join(lines[-1]) == "and 9 more; each vehicle's own: ports.json"
 
 
 def summary(scenario, tracks, **changes):

@@ -1,0 +1,1 @@
+"""Where two runs part: the first message, field, vehicle and time."""

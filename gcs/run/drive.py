@@ -1,0 +1,73 @@
+"""How time passes in the launcher: granted tick by tick as asked for, or by the wall clock."""
+
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+from .clock_control import ClockControl
+from .clock_desk import SLICE_S, ClockDesk
+from .conductor import FreeRun, Interrupted, Lockstep
+from .keys import Keys
+from .open_run import OpenRun
+from .showing import Showing
+
+if TYPE_CHECKING:
+    from .in_process_run import InProcessRun
+    from .in_process_team import InProcess
+
+_LISTEN_S = 0.1
+
+
+def drive(
+    run: "OpenRun | InProcessRun",
+    clock: "Lockstep | InProcess",
+    showing: Showing,
+    interrupted: Callable[[], bool],
+    keys: Keys | None = None,
+) -> None:
+    """Grant tick after tick until the run is over; raise Interrupted when the user has enough.
+
+    Time that stands still is no part of the run's wall time.
+    """
+    period, duration = 1.0 / run.scenario.team.rate_hz, run.scenario.duration
+    period_us = round(period * 1e6)
+    begun = look_at = time.monotonic()
+    control = ClockControl(period, run.options.speed, paused=run.options.paused, wall=begun)
+    desk = ClockDesk(run.bus, control, run.note, keys)
+    try:
+        with keys or nullcontext():
+            while not clock.finished and not clock.expired(duration):
+                if interrupted():
+                    raise Interrupted
+                wall = time.monotonic()
+                if wall >= look_at or wall < control.due:
+                    look_at = wall + SLICE_S
+                    changed = desk.attend(clock.now)
+                    showing.show_paced(control, at_once=changed)
+                    if control.due > wall:
+                        desk.wait(control.due)
+                        continue
+                clock.tick(period_us)
+                desk.tick(clock.now)
+                control.ticked(clock.now, time.monotonic())
+    finally:
+        wall = time.monotonic()
+        run.wall_s = wall - begun - control.stood(wall)
+        clock.late = control.late
+
+
+def listen(
+    run: "OpenRun | InProcessRun", clock: FreeRun, showing: Showing, interrupted: Callable[[], bool]
+) -> None:
+    """Follow a team that runs free until its run is over; raise Interrupted when it shall end."""
+    desk = ClockDesk(run.bus, None, run.note)
+    try:
+        while not clock.finished and not clock.expired(run.scenario.duration):
+            if interrupted():
+                raise Interrupted
+            clock.listen(run.started, _LISTEN_S)
+            desk.attend(clock.now)
+            showing.show(clock.now, 1.0)
+    finally:
+        run.wall_s = time.monotonic() - run.started
