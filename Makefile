@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test docs bench results pictures compiled pure clean
+.PHONY: demo test docs bench proof results pictures compiled pure clean
 
 demo: $(VENV)/.view
 	$(BIN)/mavherd run crossing-targets --speed 3
@@ -21,6 +21,9 @@ docs: $(VENV)/.test
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/run.py
+
+proof: $(VENV)/.test
+	$(BIN)/python benchmarks/determinism.py
 
 results: $(VENV)/.test
 	$(BIN)/python docs/make_results.py

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from mavherd.gcs.team.barrier import Barrier, VehicleHandle
-from mavherd.vehicles.process import DONE, GRANT
+from mavherd.vehicles.grants import DONE, GRANT
 
 DATAGRAM = bytes(100)
 
 
-def empty_barrier(processes: int, barriers: int = 2000) -> float:
+def empty_barrier(processes: int, barriers: int = 500) -> float:
     """Return the time of one barrier over so many processes that answer at once."""
     with _echoing(processes) as ends:
         begun = time.perf_counter()
@@ -29,7 +29,7 @@ def empty_barrier(processes: int, barriers: int = 2000) -> float:
         return (time.perf_counter() - begun) / barriers * 1e6
 
 
-def our_barrier(processes: int, barriers: int = 2000) -> float:
+def our_barrier(processes: int, barriers: int = 500) -> float:
     """Return the time of the same, as a run does it."""
     with _echoing(processes) as ends:
         handles = [VehicleHandle(f"v{n}", 0, end) for n, end in enumerate(ends)]

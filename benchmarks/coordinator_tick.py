@@ -22,9 +22,9 @@ from typing import Any, NamedTuple
 from mavherd.gcs.team.coordinator import Coordinator
 from mavherd.gcs.team.exchange import Exchange
 from mavherd.scenarios.schema import Circle, Point, RobotSpec, Scenario, Team
+from mavherd.transport.child import GC_THRESHOLD
 from mavherd.transport.mavlink import Codec, Message, mav
 from mavherd.transport.wire import Phase
-from mavherd.vehicles.nursery import GC_THRESHOLD
 
 TEAMS = (4, 16, 64, 128, 240)
 AREAS = (9.0, 36.0)  # m^2 of the field for each robot
@@ -132,7 +132,7 @@ def ticks(scenario: Scenario, *, index_from: float | None = None) -> Iterable[Co
     """Yield what each tick costs, once all robots move; `index_from`: see `Coordinator`."""
     options: dict[str, Any] = {} if index_from is None else {"index_from": index_from}
     core = Coordinator(scenario, tuple(s.name for s in scenario.robots), **options)
-    exchange = Exchange(core, Deaf(), lockstep=True)  # type: ignore[arg-type] - it is as good
+    exchange = Exchange(core, Deaf(), lockstep=True)  # type: ignore[arg-type]  # it is as good
     puppets = {spec.name: Puppet(spec) for spec in scenario.robots}
     sent = dict.fromkeys(puppets, b"")
     gc.freeze()  # as coordinators do

@@ -131,9 +131,8 @@ def watch(scenario: Scenario, **options: Any) -> tuple[dict[str, Any], Usage]:
 
 def _fly(scenario: Scenario, view: Watch | None, options: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
-        settings = RunOptions(
-            **{"out": Path(folder), "figures": False, "record": False, "ports": NO_PORTS} | options
-        )
+        out = Path(folder)
+        settings = RunOptions(out=out, figures=False, record=False, ports=NO_PORTS, **options)
         outcome = Run(scenario, settings, view).execute()
     report = outcome.report
     if outcome.exit_code not in (0, 4):

@@ -43,21 +43,26 @@ def main() -> int:
     known = {"mavherd": state(), **facts()}
     tables: list[Table] = []
     figures: dict[str, float] = {}
+    told = ", ".join(f"{name} {value}" for name, value in known.items())
+    print(f"Measured on: {told}.\n", flush=True)
     for name in args.only:
-        print(f"measuring {name} ...", file=sys.stderr, flush=True)
         section = SECTIONS[name](effort)
         tables += section.tables
         figures |= section.figures
+        print("\n".join(table.markdown() for table in section.tables), flush=True)
     is_compiled = known["mavherd"].startswith("compiled")
-    tables.insert(0, targets.table(figures, compiled=is_compiled))
-    text = ", ".join(f"{name} {value}" for name, value in known.items())
-    told = "\n".join([f"Measured on: {text}.", "", *(table.markdown() for table in tables)])
-    print(told)
+    summary = targets.table(figures, compiled=is_compiled)
+    print(summary.markdown())
     if args.json:
-        data = {"machine": known, "figures": figures, "tables": [t._asdict() for t in tables]}
+        data = {
+            "machine": known,
+            "figures": figures,
+            "tables": [t._asdict() for t in (summary, *tables)],
+        }
         args.json.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     if args.write:
-        page.write(PAGE, "compiled" if is_compiled else "pure", told)
+        parts = [f"Measured on: {told}.\n", *(table.markdown() for table in (summary, *tables))]
+        page.write(PAGE, "compiled" if is_compiled else "pure", "\n".join(parts))
     return 0
 
 

@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from statistics import median as middle
 
@@ -44,14 +45,16 @@ class Section:
 
 def vehicles(effort: Effort) -> Section:
     """Measure one vehicle: its kernel, in lockstep at full speed, by hand at real time."""
-    rows, figures = [], {}
+    rows = []
+    figures: dict[str, float] = {}
     for kind in KINDS:
         costs = [alone.kernel(kind) for _ in range(effort.repeats)]
         physics, control, step = (
             middle(cost[part] for cost in costs) for part in ("physics", "control", "step")
         )
-        scenario = lone_scenario(kind, 30 * effort.seconds)
-        full = median(effort.repeats, lambda s=scenario, k=kind: watch(s)[1].of(k))
+        long, short = (lone_scenario(kind, s * effort.seconds) for s in (30, 0.5))
+        full = median(effort.repeats, partial(_full_speed, kind, long))
+        paced = watch(short, speed=1.0)[1].of(kind)
         idle, _, _ = by_hand.serving(kind, 0, effort.seconds)
         served, rate, _ = by_hand.serving(kind, 1, effort.seconds)
         rows.append(
@@ -59,23 +62,27 @@ def vehicles(effort: Effort) -> Section:
                 kind,
                 *(f"{cost * 1e3:.3f}" for cost in (physics, control, step, full)),
                 f"{full / physics:.1f}",
-                *(f"{cost * 1e3:.2f}" for cost in (idle, served)),
+                *(f"{cost * 1e3:.2f}" for cost in (paced, idle, served)),
                 f"{rate:.0f}",
             )
         )
-        figures |= {f"{kind} full": full, f"{kind} 1x": served}
+        figures |= {f"{kind} full": full, f"{kind} 1x": paced}
     heads = (
         *("ms CPU per simulated s", "physics alone", "control alone", "with its autopilot"),
-        *("process, full speed", "/ physics", "by hand at 1x, standing"),
-        *("at 1x, under way, one client", "messages/s"),
+        *("process, full speed", "/ physics", "process, 1x", "by hand, standing"),
+        *("by hand, under way, one client", "messages/s"),
     )
     note = (
-        "A quadcopter hovers, a rover stands armed. Full speed: its process in a lockstep run with"
-        " its coordinator; sockets, barrier and truth log are in it. At 1x: `mavherd vehicle`,"
-        " alone, then with a ground station that has it fly and gets every stream that flows"
-        " unasked."
+        "A quadcopter hovers, a rover stands armed. Process: that of the vehicle alone in a"
+        " lockstep run with its coordinator, at full speed and paced; sockets, barrier and truth"
+        " log are in it. By hand: `mavherd vehicle` at 1x with nobody there, then with a ground"
+        " station that has it fly and gets every stream that flows unasked."
     )
     return Section([Table("One vehicle", heads, rows, note)], figures)
+
+
+def _full_speed(kind: str, scenario: Scenario) -> float:
+    return watch(scenario)[1].of(kind)
 
 
 def parts(effort: Effort) -> Section:
@@ -133,8 +140,8 @@ def _main(usage: Usage, role: str) -> float:
 
 def fleets(effort: Effort) -> Section:
     """Measure real-time factors, memory and, for a hundred, real time."""
-    rows, held, figures = [], [], {}
-    paced: list[tuple[str, ...]] = []
+    rows, held, paced = [], [], []
+    figures: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as text:
         for size in effort.sizes:
             dwell_s = max(0.0, (100 if size < 10 else 30) * effort.seconds / size - 10)
@@ -181,8 +188,8 @@ def barriers(effort: Effort) -> Section:
     """Measure what a tick costs when nobody has anything to do."""
     rows = []
     for size in effort.sizes:
-        empty = median(effort.repeats, lambda n=size: barrier.empty_barrier(n, 500))
-        ours = median(effort.repeats, lambda n=size: barrier.our_barrier(n, 500))
+        empty = median(effort.repeats, partial(barrier.empty_barrier, size))
+        ours = median(effort.repeats, partial(barrier.our_barrier, size))
         rows.append((str(size), f"{empty:.0f}", f"{ours:.0f}", f"{ours / empty:.2f}"))
     one = median(effort.repeats, barrier.bare_socket)
     note = f"A datagram of 100 bytes there and back, over UDP on loopback: {one:.0f} us."
@@ -192,13 +199,14 @@ def barriers(effort: Effort) -> Section:
 
 def readiness(effort: Effort) -> Section:
     """Measure the time from the command until all vehicles are ready."""
-    rows, figures = [], {}
+    rows = []
+    figures: dict[str, float] = {}
     for size in effort.sizes:
-        up, ready = medians(effort.repeats, lambda n=size: starts.start(n))
+        up, ready = medians(effort.repeats, partial(starts.start, size))
         rows.append((str(size), f"{up:.2f}", f"{ready:.2f}"))
         figures[f"ready {size}"] = ready
     for kind in KINDS:
-        beat = median(effort.repeats, lambda k=kind: by_hand.start(k))
+        beat = median(effort.repeats, partial(by_hand.start, kind))
         rows.append((f"one {kind} by hand, first HEARTBEAT", f"{beat:.2f}", ""))
     note = "Up: every process is there. Ready: every vehicle was heard and is told to arm."
     heads = "vehicles", "up, s", "all ready, s"
@@ -207,7 +215,8 @@ def readiness(effort: Effort) -> Section:
 
 def ticks(effort: Effort) -> Section:
     """Measure the coordinator's tick."""
-    rows, figures = [], {}
+    rows = []
+    figures: dict[str, float] = {}
     for robots in effort.teams:
         cost = tick_cost(robots)
         rows.append((str(robots), *(f"{ms:.3f}" for ms in (*cost, cost.whole))))

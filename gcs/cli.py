@@ -23,6 +23,7 @@ first steps:
   mavherd scenarios                        what comes with mavherd
   mavherd run one-quad                     one quadcopter takes off, flies and lands
   mavherd run crossing-targets --speed 3   six robots cross, three times as fast as real time
+  mavherd sweep one-quad --seeds 0:50      fifty seeds, one table
   mavherd vehicle quadcopter               one honest MAVLink vehicle, no scenario
   mavherd check my-field.yaml              are the real vehicles of a scenario ready?
 

@@ -1,11 +1,13 @@
-"""Lines of JSON over a stream socket: how the launcher talks to the processes it started."""
+"""Lines of JSON over a Unix stream socket: how the launcher talks to the processes it started."""
 
 import json
 import select
 import socket
+from collections.abc import Sequence
 from typing import Any
 
 MAX_LINE = 1 << 22
+MAX_FDS = 250  # files in one message; Linux passes no more than 253
 
 
 class ChannelClosed(Exception):  # noqa: N818 - an end, not an error
@@ -13,19 +15,26 @@ class ChannelClosed(Exception):  # noqa: N818 - an end, not an error
 
 
 class Channel:
-    """One end of a conversation in JSON objects."""
+    """One end of a conversation in JSON objects, which open files may go with."""
 
     def __init__(self, sock: socket.socket) -> None:
         self.socket = sock
         sock.setblocking(True)
+        self.fds: list[int] = []  # files that have come along; whoever takes one owns it
         self._buffer = b""
         self._poll = select.poll()  # select() knows 1024 files only
         self._poll.register(sock, select.POLLIN)
 
-    def send(self, message: dict[str, Any]) -> None:
-        """Send one object; raise ChannelClosed when nobody is there any more."""
+    def send(self, message: dict[str, Any], fds: Sequence[int] = ()) -> None:
+        """Send one object, and up to MAX_FDS files with it.
+
+        Raises ChannelClosed when nobody is there any more.
+        """
+        line = json.dumps(message).encode() + b"\n"
         try:
-            self.socket.sendall(json.dumps(message).encode() + b"\n")
+            if fds:
+                line = line[socket.send_fds(self.socket, [line], fds) :]
+            self.socket.sendall(line)
         except OSError:
             raise ChannelClosed from None
 
@@ -42,9 +51,10 @@ class Channel:
             if timeout is not None and not self._poll.poll(timeout * 1000):
                 return None
             try:
-                data = self.socket.recv(1 << 16)
+                data, fds, _, _ = socket.recv_fds(self.socket, 1 << 16, MAX_FDS)
             except OSError:
-                data = b""
+                data, fds = b"", []
+            self.fds += fds
             if not data:
                 raise ChannelClosed
             self._buffer += data

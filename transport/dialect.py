@@ -4,12 +4,16 @@ All of it is its generated dialect, as attributes under the same names and made 
 use; but the classes of messages are subclasses that cost less (see `form`).
 """
 
+import sys
 from functools import cached_property
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as _pymavlink
 
 from .form import Form, make_form
+
+mav: Any = sys.modules[__name__]
+"""This module, which has attributes of many names."""
 
 _forms: dict[Any, Form] = {}  # by class
 

@@ -7,7 +7,8 @@ the dialect builds its own, so that `Codec` packs it like any other message.
 import struct
 from collections.abc import Callable
 
-from .mavlink import Message, mav
+from .dialect import form_of, mav
+from .message import Message
 
 _CODES = {
     "char": "s",
@@ -41,7 +42,8 @@ def _define(message_id: int, crc_extra: int, fields: tuple[Field, ...]) -> Calla
         ),
     }
     kind = type(f"MAVLink_{name.lower()}_message", (mav.MAVLink_message,), tables)
-    return mav.form_of(kind).kind
+    make: Callable[..., Message] = form_of(kind).kind
+    return make
 
 
 ESC_STATUS_ID = 291

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fastcrc.crc16 import mcrf4xx
 
-from . import dialect as mav
+from .dialect import form_numbered, form_of, mav
 from .form import Form, base_size
 from .message import Message
 
@@ -25,7 +25,6 @@ _V1_LAST_ID: Final = 255
 # Headers without the marker, which the checksum leaves out
 _V1_HEADER: Final = struct.Struct("<BBBBB")
 _V2_HEADER: Final = struct.Struct("<BBBBBBHB")
-_CHECKSUM: Final = struct.Struct("<H")
 _MAX_SENDERS: Final = 256
 _MAX_DATAGRAM: Final = 1200  # bytes: fits every MTU, and MAVSDK's receive buffer of 2048
 
@@ -117,7 +116,8 @@ class Codec:
             number >> 16,
         )
         body = start + payload
-        return b"\xfd" + body + _CHECKSUM.pack(mcrf4xx(body + form.crc_extra))
+        checksum: int = mcrf4xx(body + form.crc_extra)
+        return b"\xfd" + body + checksum.to_bytes(2, "little")
 
     def _frame_v1(self, message: Message) -> bytes:
         """Return a frame of MAVLink 1: no zeros are cut off, and extension fields are."""
@@ -127,7 +127,8 @@ class Codec:
         self.sequence = (sequence + 1) & 0xFF
         start = _V1_HEADER.pack(size, sequence, self.system_id, self.component_id, form.number)
         body = start + payload[:size]
-        return b"\xfe" + body + _CHECKSUM.pack(mcrf4xx(body + form.crc_extra))
+        checksum: int = mcrf4xx(body + form.crc_extra)
+        return b"\xfe" + body + checksum.to_bytes(2, "little")
 
     def _read(self, frame: bytes) -> Message | None:
         """Return the message in a frame of the right length, None when it is not a good one."""
@@ -139,7 +140,7 @@ class Codec:
             start, sequence, system, component, number = 6, frame[2], frame[3], frame[4], frame[5]
         form = _forms_by_number.get(number)
         if form is None:
-            form = mav.form_numbered(number)
+            form = form_numbered(number)
             if form is None:
                 return None
             _forms_by_number[number] = form
@@ -173,7 +174,7 @@ def _form_of(message: Message) -> Form:
     kind = message.__class__
     form = _forms.get(kind)
     if form is None:
-        form = _forms[kind] = mav.form_of(kind)
+        form = _forms[kind] = form_of(kind)
     return form
 
 

@@ -1,12 +1,11 @@
 """Forks vehicle processes from one parent that has imported everything: fast, and small in memory.
 
-Run as `python -m mavherd.vehicles.nursery FD`, where FD is one end of a Unix stream socket. Each
-request is one JSON object and the vehicle's sockets; the answer is its pid. Exits are reported as
-they happen. End-of-file ends the nursery and every vehicle in it.
+Run as `python -m mavherd.vehicles.nursery FD`, where FD is one end of a `Channel`. Each request
+comes with the vehicle's sockets, `fds` of them; at the word `fork` all that were asked for are
+born, and each is answered for with its pid. Exits are reported as they happen. End-of-file ends the
+nursery and every vehicle in it.
 """
 
-import gc
-import json
 import os
 import select
 import signal
@@ -16,71 +15,109 @@ import time
 import traceback
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
+from ..transport.channel import Channel, ChannelClosed
+from ..transport.child import log_to, settle
 from ..transport.errors import MavherdError
 from ..transport.links import Endpoint, TcpServer, UdpOut
 from .config import VehicleConfig
 from .parameters import files
 from .process import VehicleProcess
+from .rehearsal import rehearse
 from .truth import TruthLog
 from .vehicle import Vehicle
 
-GC_THRESHOLD = 50_000  # objects; the loops make no cycles, so looking for them seldom is enough
-MAX_REQUEST = 1 << 16
+_LITTER = 16  # vehicles that are born together: each carries the others' making in its memory
 _GRACE_S = 0.5  # for vehicles to end by themselves after end-of-file
+
+
+class Unborn(NamedTuple):
+    """A vehicle that has been made, or why it could not be, with its sockets."""
+
+    vehicle: Vehicle | Exception
+    request: dict[str, Any]
+    fds: list[int]
 
 
 def main(fd: int) -> None:
     """Serve requests on `fd` until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the launcher decides
-    keeper = socket.socket(fileno=fd)
+    channel = Channel(socket.socket(fileno=fd))
     wake_read, wake_write = os.pipe()
     for end in (wake_read, wake_write):
         os.set_blocking(end, False)
     signal.signal(signal.SIGCHLD, lambda *_: None)
     signal.set_wakeup_fd(wake_write)
-    gc.collect()
-    gc.freeze()
-    gc.set_threshold(GC_THRESHOLD)
+    rehearse()
+    settle()
     children: set[int] = set()
-    while True:
-        ready, _, _ = select.select([fd, wake_read], [], [])
-        if wake_read in ready:
-            os.read(wake_read, 4096)
-            _report_exits(keeper, children)
-        if fd in ready:
-            try:
-                request, fds, _, _ = socket.recv_fds(keeper, MAX_REQUEST, 8)
-            except ConnectionError:  # closed with words of ours unread: the same end
-                break
-            if not request:
-                break
-            pid = os.fork()
-            if pid == 0:
-                signal.set_wakeup_fd(-1)
-                signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-                keeper.close()
-                _become_vehicle(json.loads(request), fds)
-            children.add(pid)
-            for each in fds:
-                os.close(each)
-            _tell(keeper, {"pid": pid})
+    unborn: list[Unborn] = []
+    with suppress(ChannelClosed):
+        while True:
+            ready, _, _ = select.select([fd, wake_read], [], [])
+            if wake_read in ready:
+                os.read(wake_read, 4096)
+                _report_exits(channel, children)
+            while fd in ready and (request := channel.receive(0.0)) is not None:
+                if "log" in request:
+                    log_to(request["log"])
+                elif "fork" not in request:
+                    unborn.append(_made(request, channel.fds))
+                while unborn and ("fork" in request or len(unborn) >= _LITTER):
+                    children.add(_fork(unborn.pop(0), unborn, channel))
     _end(children)
 
 
-def _report_exits(keeper: socket.socket, children: set[int]) -> None:
+def _made(request: dict[str, Any], fds: list[int]) -> Unborn:
+    """Make a vehicle and take its sockets from `fds`.
+
+    Many are made before one is born: what the making looks at, and thereby writes reference counts
+    into, would otherwise be copied for each of them.
+    """
+    own, fds[:] = fds[: request["fds"]], fds[request["fds"] :]
+    vehicle: Vehicle | Exception
+    try:
+        vehicle = Vehicle(VehicleConfig.from_json(request["config"]))
+        values = {entry.parameter.name: entry.value for entry in vehicle.parameters}
+        files.write(Path(request["folder"]) / "parameters.param", values)
+    except Exception as error:  # its own process is to die of it, not ours
+        vehicle = error
+    return Unborn(vehicle, request, own)
+
+
+def _fork(it: Unborn, others: list[Unborn], channel: Channel) -> int:
+    """Have a vehicle born and tell of it; return its pid."""
+    pid = os.fork()
+    if pid == 0:
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        channel.close()
+        for other in others:
+            _close(other.fds)
+        _become(it)
+    _close(it.fds)
+    _tell(channel, {"pid": pid})
+    return pid
+
+
+def _close(fds: list[int]) -> None:
+    for fd in fds:
+        os.close(fd)
+
+
+def _report_exits(channel: Channel, children: set[int]) -> None:
     while children:
         pid, status = os.waitpid(-1, os.WNOHANG)
         if pid == 0:
             return
         children.discard(pid)
-        _tell(keeper, {"exited": pid, "code": os.waitstatus_to_exitcode(status)})
+        _tell(channel, {"exited": pid, "code": os.waitstatus_to_exitcode(status)})
 
 
-def _tell(keeper: socket.socket, fact: dict[str, Any]) -> None:
-    with suppress(OSError):
-        keeper.sendall(json.dumps(fact).encode() + b"\n")
+def _tell(channel: Channel, fact: dict[str, Any]) -> None:
+    with suppress(ChannelClosed):
+        channel.send(fact)
 
 
 def _end(children: set[int]) -> None:
@@ -96,21 +133,19 @@ def _end(children: set[int]) -> None:
             os.kill(pid, signal.SIGKILL)
 
 
-def _become_vehicle(request: dict[str, Any], fds: list[int]) -> NoReturn:
+def _become(it: Unborn) -> NoReturn:
     """Be a vehicle process; never returns."""
     code = 3
+    vehicle, request, fds = it
     try:
         folder = Path(request["folder"])
-        with (folder / "log.txt").open("ab", buffering=0) as log:
-            os.dup2(log.fileno(), 1)
-            os.dup2(log.fileno(), 2)
+        log_to(str(folder / "log.txt"))
+        if isinstance(vehicle, Exception):
+            raise vehicle
         coordinator, control = (socket.socket(fileno=fd) for fd in fds[:2])
         endpoints: list[Endpoint] = [UdpOut(*address) for address in request["udpout"]]
         if len(fds) > 2:
             endpoints.append(TcpServer(socket.socket(fileno=fds[2])))
-        vehicle = Vehicle(VehicleConfig.from_json(request["config"]))
-        values = {entry.parameter.name: entry.value for entry in vehicle.parameters}
-        files.write(folder / "parameters.param", values)
         process = VehicleProcess(
             vehicle,
             endpoints,

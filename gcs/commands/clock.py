@@ -42,7 +42,10 @@ def run(args: argparse.Namespace) -> int:
     with Bus.client(endpoint, run_id) as bus:
         answer = bus.ask("clock/command", order, patience)
     if answer is None:
-        raise MavherdError(f"{args.where}: no answer of its clock (the run has not begun, or has ended)")
+        raise MavherdError(
+            f"{args.where}: no answer of its clock"
+            " (the run has not begun, has ended, or is a script that is its own clock)"
+        )
     if not answer.granted:
         raise MavherdError(answer.text)
     state = json.loads(answer.text)

@@ -3,10 +3,14 @@
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...transport.errors import MavherdError
 from ...vehicles.config import AUTOPILOTS
 from .vehicle import port
+
+if TYPE_CHECKING:
+    from ..run.head_start import HeadStart
 
 EPILOG = """\
 examples:
@@ -91,6 +95,15 @@ def add_scenario_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the scenario and return the exit code."""
+    if args.in_process:
+        return _run(args, None)
+    from ..run.head_start import HeadStart
+
+    with HeadStart() as head_start:  # they import while we do
+        return _run(args, head_start)
+
+
+def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
     from ...scenarios.loader import load_scenario
     from ..run.keys import keys_of_terminal
     from ..run.launcher import Run, RunOptions
@@ -122,7 +135,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"note: the team runs free, on the wall clock; external: {others}", file=sys.stderr)
     keys = keys_of_terminal() if lockstep else None
     with RunView(scenario, keys=keys is not None) as view:
-        outcome = Run(scenario, options, view, keys).execute()
+        outcome = Run(scenario, options, view, keys, head_start).execute()
     print_outcome(outcome)
     if error := outcome.report["error"]:
         print(f"mavherd: {error}", file=sys.stderr)

@@ -172,6 +172,7 @@ def _conduct(sweep: "Sweep", jobs: int, view: "SweepView") -> dict[str, object]:
     view.note(f"sweep folder {sweep.folder}")
     with _signals() as interrupted:
         sweep.conduct(engine, view, interrupted)
+        view.finished()
         _, told = sweep.conclude(view.note)
     return told
 

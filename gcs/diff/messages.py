@@ -66,7 +66,7 @@ def differences(a: bytes, b: bytes) -> list[FieldDifference]:
     """
     found = [
         FieldDifference(name, x, y, kind)
-        for (name, kind, x), (_, _, y) in zip(_fields(a), _fields(b), strict=True)
+        for (name, kind, x), (_, _, y) in zip(_fields(a), _fields(b), strict=False)
         if show(x, kind) != show(y, kind)
     ]
     words = ("MAVLink version", "flags", "sequence number", "system id", "component id")

@@ -1,12 +1,13 @@
 """How the recording looks: the robots' shapes to the size of the paper's Table 1, the layout."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...transport.frames import Triple
+from .robots import RecordedRobot
 
 ROVER_LENGTH, ROVER_WIDTH, ROVER_HEIGHT = 0.65, 0.45, 0.9  # m
 WHEEL_RADIUS, WHEEL_WIDTH = 0.0975, 0.05
@@ -16,16 +17,6 @@ FEW = 12  # robots whose legend does not hide the plot
 NAMED = 30  # robots whose names do not hide the world
 Colour = tuple[int, int, int]
 _DARK = (45, 50, 56)
-
-
-class RecordedRobot(NamedTuple):
-    """What a recording must know of a robot beforehand (ENU); an entry of `robots.json`."""
-
-    name: str
-    kind: str
-    system_id: int
-    start: Triple
-    target: Triple  # where its path ends
 
 
 def log_robot(rec: Any, robot: RecordedRobot, rgb: Colour, *, named: bool) -> None:

@@ -10,46 +10,19 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
-from ...scenarios.paths import end_point
-from ...scenarios.schema import RobotSpec, Team
 from ...transport.bus import Bus, Queue
 from ...transport.errors import MavherdError
 from ...transport.wire import WireError, unpack_target, unpack_team
 from ..report.truth import TruthTail
-from .look import RecordedRobot
+from .robots import RecordedRobot, read_robots
 from .scene import Scene
 
 PERIOD_S = 0.25  # of wall time, between batches; longer for a large team, whose batches cost more
 PERIOD_PER_ROBOT_S = 0.02
 QUEUE = 1 << 16  # samples between two batches; a run may go much faster than real time
-
-
-def write_robots(folder: Path, starts: Iterable[RobotSpec], team: Team) -> None:
-    """Write `robots.json` for the recorder that will be started on `folder`."""
-    robots = [
-        RecordedRobot(
-            spec.name,
-            spec.kind,
-            spec.system_id,
-            (spec.start.east, spec.start.north, spec.start.up or 0.0),
-            end_point(spec, team),
-        )
-        for spec in starts
-    ]
-    text = json.dumps([robot._asdict() for robot in robots], indent=1)
-    (folder / "robots.json").write_text(text + "\n", encoding="utf-8")
-
-
-def read_robots(folder: Path) -> list[RecordedRobot]:
-    """Return the robots that `write_robots` wrote."""
-    entries = json.loads((folder / "robots.json").read_text(encoding="utf-8"))
-    return [
-        RecordedRobot(**{**entry, "start": tuple(entry["start"]), "target": tuple(entry["target"])})
-        for entry in entries
-    ]
 
 
 class Recorder:

@@ -15,7 +15,8 @@ from ..mode_names import mode_name
 from ..report.contact import contact_distance, pair_class
 from ..report.figure_style import CLASS_COLOUR, robot_colours
 from ..report.truth import Floats, Track
-from .look import NAMED, Colour, RecordedRobot, blueprint, log_robot
+from .look import NAMED, Colour, blueprint, log_robot
+from .robots import RecordedRobot
 from .separation import LiveSeparation
 
 POSE_EVERY = 2  # rows of the 100 Hz truth

@@ -6,14 +6,15 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.tlog import digest
-from .judge import Verdict, judge
-from .report import RunFacts, build_report, write_report
-from .truth import Track, Trail, TruthError, read_truth
+
+if TYPE_CHECKING:  # numpy is needed at the end only: a run is under way sooner without
+    from .judge import Verdict
+    from .truth import Track, Trail
 
 PASSED, FAILED, TIMED_OUT, INTERRUPTED = 0, 1, 4, 130
 
@@ -75,6 +76,8 @@ def conclude(
         speed=speed,
         ports=ports,
     )
+    from .report import write_report
+
     notes = write_report(folder, report, scenario, starts, tracks, verdict, figures=figures)
     if record and find_spec("rerun") is None:
         notes.append("rerun-sdk is missing, so no recording (pip install 'mavherd[view]')")
@@ -84,7 +87,7 @@ def conclude(
 def assess(
     scenario: Scenario,
     starts: tuple[RobotSpec, ...],
-    tracks: Sequence[Trail],
+    tracks: "Sequence[Trail]",
     ending: Ending,
     *,
     run_id: str,
@@ -92,8 +95,11 @@ def assess(
     lockstep: bool = True,
     speed: float | None = None,
     ports: Mapping[str, Any] | None = None,
-) -> tuple[dict[str, Any], Verdict]:
+) -> "tuple[dict[str, Any], Verdict]":
     """Judge a run by its `tracks`; return the report and the verdict that is in it."""
+    from .judge import judge
+    from .report import RunFacts, build_report
+
     verdict = judge(scenario, starts, tracks, ending.ready_at, ending.now)
     exit_code = ending.exit_code
     if exit_code == PASSED and not verdict.passed:
@@ -122,8 +128,10 @@ def assess(
     return build_report(scenario, verdict, facts), verdict
 
 
-def _tracks(folder: Path, starts: tuple[RobotSpec, ...]) -> list[Track]:
+def _tracks(folder: Path, starts: tuple[RobotSpec, ...]) -> "list[Track]":
     """Return the truth of every vehicle that wrote any, of one that was killed too."""
+    from .truth import TruthError, read_truth
+
     tracks = []
     for spec in starts:
         path = folder / "vehicles" / spec.name / "truth.bin"

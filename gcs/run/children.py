@@ -1,6 +1,5 @@
 """The processes of a run: started, watched and ended by pid and process group, never by name."""
 
-import json
 import os
 import select
 import signal
@@ -13,13 +12,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ...transport.channel import Channel, ChannelClosed
+from ...transport.channel import MAX_FDS, Channel, ChannelClosed
 from ...transport.errors import VehicleError
-from .conductor import Interrupted
+from .interrupted import Interrupted
 
 READY_S = 20.0  # for a process to come up on a slow machine
 _END_S = 2.0  # for a process to end by itself before it is killed
 _HURRY_S = 0.7  # the same, after an interrupt
+_DEAD = "the process that starts the vehicles has died"
 _SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
 
 
@@ -27,17 +27,15 @@ class Child:
     """One process in a session of its own, so that Ctrl-C in the terminal reaches only us."""
 
     def __init__(
-        self, module: str, args: Sequence[str], *, log: Path, fds: Sequence[int] = (), **pipes: Any
+        self, module: str, args: Sequence[str], *, fds: Sequence[int] = (), **pipes: Any
     ) -> None:
-        with log.open("ab") as errors:
-            # -P: a file in the user's folder must not shadow a module of ours
-            self.process = subprocess.Popen(  # noqa: S603
-                [sys.executable, "-P", "-m", module, *args],
-                pass_fds=fds,
-                start_new_session=True,
-                stderr=errors,
-                **{"stdin": subprocess.DEVNULL, "stdout": errors, **pipes},
-            )
+        # -P: a file in the user's folder must not shadow a module of ours
+        self.process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-P", "-m", module, *args],
+            pass_fds=fds,
+            start_new_session=True,
+            **{"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, **pipes},
+        )
 
     def wait(self, timeout: float) -> int | None:
         """Return the exit code, None when the process has not ended within `timeout` seconds."""
@@ -64,35 +62,57 @@ class Child:
             os.killpg(self.process.pid, signal.SIGKILL)
 
 
+def converse(module: str) -> tuple[Child, Channel]:
+    """Start a process that has one end of a channel as its argument; return it and our end."""
+    ours, theirs = socket.socketpair()
+    with theirs:
+        fd = theirs.fileno()
+        return Child(module, [str(fd)], fds=[fd]), Channel(ours)
+
+
+def hand_over(channel: Channel, sockets: Sequence[socket.socket]) -> None:
+    """Send open sockets ahead of the message that tells what they are."""
+    fds = [sock.fileno() for sock in sockets]
+    for at in range(0, len(fds), MAX_FDS):
+        channel.send({}, fds[at : at + MAX_FDS])
+
+
 class Nursery:
-    """Our end of the process that forks the vehicles."""
+    """Our end of the process that forks the vehicles; what it prints goes to `log`, once told."""
 
-    def __init__(self, log: Path) -> None:
-        ours, theirs = socket.socketpair()
-        self._channel = Channel(ours)
+    def __init__(self) -> None:
+        self._child, self._channel = converse("mavherd.vehicles.nursery")
         self._exits: dict[int, int] = {}
-        with theirs:
-            fd = theirs.fileno()
-            self._child = Child("mavherd.vehicles.nursery", [str(fd)], log=log, fds=[fd])
 
-    def spawn(
-        self,
-        request: dict[str, Any],
-        sockets: Sequence[socket.socket],
-        interrupted: Callable[[], bool],
-    ) -> int:
-        """Start one vehicle with these sockets and return its pid; `interrupted` is asked often."""
-        data = json.dumps(request).encode()
+    def log_to(self, log: Path) -> None:
+        """Say where its words go; before, they go where ours do."""
+        log.touch()
+        with suppress(ChannelClosed):  # it is dead already: noticed when a vehicle is asked for
+            self._channel.send({"log": str(log.absolute())})
+
+    def ask(self, request: dict[str, Any], sockets: Sequence[socket.socket]) -> None:
+        """Have it make a vehicle with these sockets."""
+        try:
+            self._channel.send({**request, "fds": len(sockets)}, [s.fileno() for s in sockets])
+        except ChannelClosed:
+            raise VehicleError(_DEAD) from None
+
+    def fork(self) -> None:
+        """Have all vehicles born that were asked for."""
+        with suppress(ChannelClosed):  # it is dead already: noticed when a pid is waited for
+            self._channel.send({"fork": True})
+
+    def pid(self, interrupted: Callable[[], bool]) -> int:
+        """Return the pid of the next vehicle that was asked for; `interrupted` is asked often."""
         deadline = time.monotonic() + READY_S
         try:
-            socket.send_fds(self._channel.socket, [data], [s.fileno() for s in sockets])
             while (pid := self._next(_SLICE_S)) is None:
                 if interrupted():
                     raise Interrupted
                 if time.monotonic() > deadline:
                     raise VehicleError(f"a vehicle did not start within {READY_S:.0f} s")
-        except (OSError, ChannelClosed):
-            raise VehicleError("the process that starts the vehicles has died") from None
+        except ChannelClosed:
+            raise VehicleError(_DEAD) from None
         return pid
 
     def _next(self, timeout: float) -> int | None:
@@ -124,13 +144,14 @@ class Recorder:
     """Our end of the recorder process. Nothing depends on it but the recording."""
 
     def __init__(self, folder: Path, endpoint: str, run_id: str) -> None:
-        self._child = Child(
-            "mavherd.gcs.recording.recorder",
-            [str(folder), endpoint, run_id],
-            log=folder / "recorder.txt",
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
+        with (folder / "recorder.txt").open("ab") as log:
+            self._child = Child(
+                "mavherd.gcs.recording.recorder",
+                [str(folder), endpoint, run_id],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=log,
+            )
         self._is_up = False
 
     @property

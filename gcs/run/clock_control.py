@@ -59,19 +59,26 @@ class ClockControl:
         """How many times faster than real time it has gone of late, pauses left out."""
         return self._rate.value
 
+    def allowed(self, wall: float) -> int:
+        """Return how many ticks may be done at once, when one is due."""
+        if self.stepping:
+            return 1 if self._pacer else self._steps
+        return self._pacer.count_due(wall) if self._pacer else MAX_STEPS
+
     def stood(self, wall: float) -> float:
         """Return for how much wall time it has stood still until now."""
         since = self._stands_since
         return self._stood + (wall - since if since is not None else 0.0)
 
-    def ticked(self, now: float, wall: float) -> None:
-        """Take in that a tick has led to fleet time `now`."""
+    def ticked(self, now: float, wall: float, ticks: int = 1) -> None:
+        """Take in that so many ticks have led to fleet time `now`."""
         self.now = now
         if self._pacer:
-            self._pacer.advance(wall)
+            for _ in range(ticks):
+                self._pacer.advance(wall)
             self.due = self._pacer.due
         if self._steps:
-            self._steps -= 1
+            self._steps -= ticks
             if not self._steps:
                 self._go_on(wall)
 

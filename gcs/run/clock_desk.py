@@ -1,6 +1,6 @@
 """Where a run's clock takes orders between ticks: keys of the terminal, and questions on the bus.
 
-clock           simulated seconds as text, each tick
+clock           simulated seconds as text, each tick while somebody listens
 clock/state     how it stands, as JSON: when that changes, and once a second
 clock/command   asked, with a command; answered with the state, or refused with the reason
 """
@@ -43,12 +43,17 @@ class ClockDesk:
         self._questions = bus.questions("clock/command")
         self._ticks = bus.publisher("clock")
         self._state = bus.publisher("clock/state")
-        self._told = b""
+        self._told: tuple[bool, float | None] | None = None
         self._repeat_at = 0.0
         self._stepping: list[Question] = []  # answered when the steps are done
 
+    @property
+    def is_followed(self) -> bool:
+        """Whether somebody wants to know of each tick."""
+        return self._ticks.wanted
+
     def tick(self, now: float) -> None:
-        """Say that a tick has led to fleet time `now`."""
+        """Say that a tick, or several, have led to fleet time `now`."""
         self._ticks.put(f"{now:.6f}".encode())
 
     def attend(self, now: float) -> bool:
@@ -95,7 +100,9 @@ class ClockDesk:
             raise MavherdError(FREE)
         changed = self._control.order(command, time.monotonic())
         if changed:
-            self._event(now, " ".join(command.lower().split()))
+            text = " ".join(command.lower().split())
+            toggled = "pause" if self._control.paused else "resume"
+            self._event(now, toggled if text == "toggle" else text)
         return changed
 
     def _event(self, now: float, text: str) -> None:
@@ -110,7 +117,7 @@ class ClockDesk:
     def _tell(self, control: ClockControl) -> None:
         """Publish how the clock stands: a change at once, else for those who have come since."""
         status, wall = control.status(), time.monotonic()
-        settings = json.dumps([status["paused"], status["speed"]]).encode()
+        settings = control.paused, control.speed
         if settings != self._told or wall >= self._repeat_at:
             self._told, self._repeat_at = settings, wall + _REPEAT_S
             self._state.put(json.dumps(status).encode())

@@ -3,6 +3,7 @@
 import select
 import socket
 import time
+from base64 import b64decode
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -10,8 +11,9 @@ from typing import Any, Protocol
 
 from ...transport.channel import ChannelClosed
 from ...transport.errors import VehicleError
-from ...vehicles.process import LIVENESS_S
+from ...vehicles.grants import LIVENESS_S
 from ..team.barrier import SLICE_S, Died, VehicleHandle
+from .interrupted import Interrupted
 
 __all__ = [
     "Clock",
@@ -25,10 +27,6 @@ __all__ = [
 ]
 
 BATCH_S = 0.02  # of wall time that a coordinator goes on by itself: a user notices no more
-
-
-class Interrupted(Exception):  # noqa: N818 - an order, not an error
-    """The user wants the run to end now."""
 
 
 class Partner(Protocol):
@@ -154,6 +152,17 @@ class Lockstep(Clock):
         self.now = (until_us + (ticks - 1) * period_us) * 1e-6
         self.ticks += ticks
         return ticks
+
+    def look(self) -> list[bytes]:
+        """Ask each coordinator for the states of the last tick; return `team` messages."""
+        for coordinator in self.coordinators:
+            try:
+                coordinator.channel.send({"look": True})
+            except ChannelClosed:
+                self._hear_last_words(coordinator)
+        early: dict[str, dict[str, Any]] = {}
+        answers = [self._answer(coordinator, early) for coordinator in self.coordinators]
+        return [b64decode(answer["team"]) for answer in answers]
 
     def _answer(
         self, coordinator: CoordinatorHandle, early: dict[str, dict[str, Any]]

@@ -6,19 +6,18 @@ import time
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from importlib.util import find_spec
-from math import pi
 from pathlib import Path
 from typing import Any
 
 from ...scenarios.schema import RobotSpec, Scenario
-from ...transport.channel import Channel, ChannelClosed
+from ...transport.channel import ChannelClosed
 from ...transport.errors import LinkError, VehicleError
 from ...transport.links import socket_pair_udp
-from ...vehicles.config import VehicleConfig
-from ...vehicles.process import LIVENESS_S
-from ..station import STACKS
-from .children import READY_S, Child, Nursery, Recorder, how_it_ended
+from ...vehicles.grants import LIVENESS_S
+from .children import READY_S, Child, Nursery, Recorder, hand_over, how_it_ended
 from .conductor import CoordinatorHandle, Died, Interrupted, VehicleHandle
+from .head_start import HeadStart
+from .onboard import vehicle_config
 from .parting import END_S, Note, came_up, half_close, hear_out, left, part
 from .ports import LOOPBACK, PortPlan
 
@@ -38,6 +37,7 @@ class Crew:
         starts: tuple[RobotSpec, ...],
         ports: PortPlan,
         interrupted: Callable[[], bool],
+        head_start: HeadStart,
     ) -> None:
         self.vehicles: list[VehicleHandle] = []
         self.coordinators: list[CoordinatorHandle] = []
@@ -47,6 +47,7 @@ class Crew:
         self._scenario = scenario
         self._starts = starts
         self._interrupted = interrupted
+        self._head_start = head_start
         self._plan = ports
         self._served: dict[str, socket.socket | None] = {}
         self._nursery: Nursery | None = None
@@ -80,7 +81,8 @@ class Crew:
         self._folder = folder
         if record and find_spec("rerun") is not None:
             self._recorder = Recorder(folder, endpoint, folder.name)
-        self._nursery = Nursery(folder / "launcher.txt")
+        self._nursery = self._head_start.nursery()
+        self._nursery.log_to(folder / "launcher.txt")
         common = {"lockstep": lockstep, "started": started}
         ends = self._start_vehicles(self._nursery, common)
         self.ports["zenoh"] = endpoint
@@ -94,7 +96,8 @@ class Crew:
 
     def _start_vehicles(self, nursery: Nursery, common: dict[str, Any]) -> dict[str, socket.socket]:
         """Start every vehicle of our own; return the coordinator's end of each one's socket."""
-        ends = {}
+        ends: dict[str, socket.socket] = {}
+        asked: list[tuple[str, socket.socket]] = []
         for spec in self._starts:
             if spec.connect is not None:
                 self.ports[spec.name] = {
@@ -114,37 +117,22 @@ class Crew:
                 "tcp": f"{LOOPBACK}:{tcp.getsockname()[1]}" if tcp else None,
             }
             request = {
-                "config": self._config(spec).to_json(),
+                "config": vehicle_config(self._scenario, spec).to_json(),
                 "folder": str((self._folder / "vehicles" / spec.name).absolute()),
                 "udpout": udp,
                 **common,
             }
             passed = [theirs, its_control, *([tcp] if tcp else [])]
-            pid = nursery.spawn(request, passed, self._interrupted)
+            nursery.ask(request, passed)
             for sock in passed:
                 sock.close()
-            self.vehicles.append(VehicleHandle(spec.name, pid, control))
+            asked.append((spec.name, control))
             ends[spec.name] = ours
+        nursery.fork()
+        for name, control in asked:
+            pid = nursery.pid(self._interrupted)
+            self.vehicles.append(VehicleHandle(name, pid, control))
         return ends
-
-    def _config(self, spec: RobotSpec) -> VehicleConfig:
-        team, stack = self._scenario.team, STACKS[spec.autopilot]
-        return VehicleConfig(
-            kind=spec.kind,
-            system_id=spec.system_id,
-            name=spec.name,
-            origin=self._scenario.origin,
-            north=spec.start.north,
-            east=spec.start.east,
-            down=-(spec.start.up or 0.0),
-            yaw=pi / 2 - spec.heading,
-            autopilot=spec.autopilot,
-            profile=spec.profile,
-            params={stack.loss_parameter: team.setpoint_timeout_s, **spec.params},
-            disturbance=spec.disturbance or self._scenario.disturbance,
-            seed=self._scenario.seed,
-            latch_position=False,
-        )
 
     def _start_coordinators(
         self, names: list[str], ends: dict[str, socket.socket], common: dict[str, Any]
@@ -153,39 +141,26 @@ class Crew:
         by_name = {vehicle.name: vehicle for vehicle in self.vehicles}
         groups = [names] if together else [[name] for name in names]
         for own in filter(None, groups):
-            ours, theirs = socket.socketpair()
-            vehicles = [by_name[n] for n in own if n in by_name]
-            fds = {name: ends[name].fileno() if name in ends else None for name in own}
-            conducted = [
-                (v.name, v.pid, v.control.fileno()) for v in vehicles if common["lockstep"]
-            ]
-            self._children.append(
-                Child(
-                    "mavherd.gcs.team.coordinator_process",
-                    [str(theirs.fileno())],
-                    log=self._folder / "launcher.txt",
-                    fds=[
-                        theirs.fileno(),
-                        *(fd for fd in fds.values() if fd is not None),
-                        *(fd for _, _, fd in conducted),
-                    ],
-                )
-            )
-            theirs.close()
+            child, channel = self._head_start.coordinator()
+            self._children.append(child)
             name = "the coordinator" if together else f"the coordinator of {own[0]}"
             external = tuple(name for name in own if name not in by_name)
-            handle = CoordinatorHandle(
-                name, Channel(ours), external=external, prepared=not external
-            )
+            handle = CoordinatorHandle(name, channel, external=external, prepared=not external)
+            vehicles = [by_name[n] for n in own if n in by_name]
+            conducted = vehicles if common["lockstep"] else []
             job = {
+                "log": str((self._folder / "launcher.txt").absolute()),
                 "folder": str(self._folder.absolute()),
                 "run_id": self._folder.name,
-                "own": fds,
-                "conducted": conducted,
+                "own": own,
+                "linked": [v.name for v in vehicles],
+                "conducted": [(v.name, v.pid) for v in conducted],
                 **common,
             }
+            sockets = [ends[v.name] for v in vehicles] + [v.control for v in conducted]
             with suppress(ChannelClosed):  # it is dead already: noticed when it is not ready
-                handle.channel.send(job)
+                hand_over(channel, sockets)
+                channel.send(job)
             self.coordinators.append(handle)
         for sock in ends.values():
             sock.close()

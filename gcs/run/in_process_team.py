@@ -99,6 +99,10 @@ class InProcess:
         """Whether every coordinator's mission is over."""
         return all(seat.core.finished for seat in self._seats)
 
+    def look(self) -> list[bytes]:
+        """Return the states of the last tick, as `team` messages."""
+        return [seat.exchange.known() for seat in self._seats]
+
     def expired(self, duration: float) -> bool:
         """Return whether the run has gone on for `duration` seconds."""
         return self.now >= duration - 1e-9

@@ -12,9 +12,10 @@ from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Outcome
 from ..team.coordinator import check_laws
 from .conductor import Clock, Died, FreeRun, Interrupted, Lockstep
 from .drive import drive, listen
+from .head_start import HeadStart
 from .keys import Keys
 from .open_run import OpenRun, RunOptions, Unseen, View
-from .showing import Showing
+from .showing import Showing, look_at_bus, look_at_teams
 
 if TYPE_CHECKING:
     from .in_process_run import InProcessRun
@@ -32,12 +33,14 @@ class Run:
         options: RunOptions,
         view: View | None = None,
         keys: Keys | None = None,
+        head_start: HeadStart | None = None,
     ) -> None:
         check_laws(scenario)
         self.scenario = scenario
         self.options = options
         self._view = view or Unseen()
         self._keys = keys
+        self._head_start = head_start
         self._signals = 0
 
     def execute(self) -> Outcome:
@@ -60,7 +63,13 @@ class Run:
 
     def _open(self) -> "OpenRun | InProcessRun":
         if not self.options.in_process:
-            return OpenRun(self.scenario, self.options, self._view, self._interrupted)
+            return OpenRun(
+                self.scenario,
+                self.options,
+                self._view,
+                self._interrupted,
+                head_start=self._head_start,
+            )
         from .in_process_run import InProcessRun  # vehicles and all: others start sooner without
 
         return InProcessRun(self.scenario, self.options, self._view, self._interrupted)
@@ -88,10 +97,11 @@ class Run:
         return exit_code, error
 
     def _conduct(self, run: "OpenRun | InProcessRun", clock: "Clock | InProcess") -> None:
-        showing = Showing(run.bus, self.scenario, self._view)
         if isinstance(clock, FreeRun):
+            showing = Showing(self._view, look_at_bus(run.bus, self.scenario))
             listen(run, clock, showing, self._interrupted)
         elif isinstance(clock, Lockstep) or not isinstance(clock, Clock):
+            showing = Showing(self._view, look_at_teams(clock.look))
             drive(run, clock, showing, self._interrupted, self._keys)
 
     def _interrupted(self) -> bool:

@@ -1,7 +1,6 @@
 """What is up while a run goes on: its folder, its bus, its crew, its clock and its event log."""
 
 import json
-import secrets
 import time
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
@@ -9,19 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ...scenarios.dump import scenario_to_yaml
 from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.bus import Bus, Publisher
 from ...transport.errors import LinkError, VehicleError
-from ...transport.wire import Phase, VehicleState
-from ..recording.recorder import write_robots
+from ...transport.wire import VehicleState
 from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
 from ..safety.abandoned import complaint, fate, may_be_armed
 from .conductor import Clock, FreeRun, Lockstep
 from .crew import Crew
+from .head_start import HeadStart
 from .lease import leased
-from .ports import GCS_UDP, LOOPBACK, PortPlan, free_tcp_port
+from .ports import API_UDP, GCS_UDP, LOOPBACK, PortPlan, free_tcp_port
+from .readiness import Readiness
+from .run_folder import make_folder, name_folder
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,32 +89,33 @@ class OpenRun:
         interrupted: Callable[[], bool],
         *,
         ours: Collection[str] = (),
+        head_start: HeadStart | None = None,
     ) -> None:
         self.scenario = scenario
         self.options = options
         self.starts = draw_starts(scenario)
-        stamp = time.strftime("%Y%m%d-%H%M%S")
-        self.folder = options.out / f"{scenario.name}-{stamp}-{secrets.token_hex(2)}"
+        self.folder = name_folder(options.out, scenario)
         with ExitStack() as stack:
             self._plan = stack.enter_context(leased(options.ports))
-            self.crew = Crew(scenario, self.starts, self._plan, interrupted)
+            others = len(ours) < len(self.starts)
+            ahead = stack.enter_context(head_start or HeadStart(coordinator=others))
+            self.crew = Crew(scenario, self.starts, self._plan, interrupted, ahead)
             stack.callback(self.crew.release)
             self._stack = stack.pop_all()
         self.clock: Clock | None = None
         self.started = 0.0  # free-running, fleet time is 0 then, on the monotonic clock
-        self.ready_at: float | None = None  # when the last robot began its path
+        self.ready = Readiness(len(self.starts))
         self.wall_s = 0.0
         self._view = view
         self._interrupted = interrupted
         self._ours = ours
         self.abandoned = ""  # the complaint about external vehicles that nobody steers any more
-        self._active: set[str] = set()  # vehicles that have begun their path
         self._phases: dict[str, str] = {}  # the last that was told of each
         self._events: Publisher | None = None
 
     def start(self) -> Clock:
         """Start everybody and return the clock; call `stop` whatever happens."""
-        self._make_folder()
+        make_folder(self.folder, self.scenario, self.starts)
         log = self.folder / "events.jsonl"
         self._log = self._stack.enter_context(log.open("w", buffering=1))
         self.bus, self.endpoint = self._open_bus()
@@ -135,7 +136,10 @@ class OpenRun:
         self.clock = kind(crew.vehicles, crew.coordinators, self._interrupted, self.note)
         self._view.started(self.folder, crew.ports)
         if self._plan != self.options.ports:
-            text = f"another run has UDP {GCS_UDP}: this one sends to {self._plan.gcs_udp}"
+            text = (
+                f"another run has UDP {GCS_UDP} and {API_UDP} + i:"
+                f" this one has {self._plan.gcs_udp} and {self._plan.api_udp} + i"
+            )
             self.note({"t": 0.0, "vehicle": None, "kind": "ports", "text": text})
         return self.clock
 
@@ -147,10 +151,7 @@ class OpenRun:
             self._events.put(line.encode())
         if event["kind"] == "phase":
             self._phases[event["vehicle"]] = event["text"]
-        if event["kind"] == "phase" and event["text"] == Phase.ACTIVE.name.lower():
-            self._active.add(event["vehicle"])
-            if self.ready_at is None and len(self._active) == len(self.starts):
-                self.ready_at = event["t"]
+        self.ready.note(event)
         self._view.event(event)
 
     def stop(self, *, hurry: bool, insists: Callable[[], bool] = lambda: False) -> None:
@@ -188,7 +189,7 @@ class OpenRun:
             error=error,
             now=clock.now if clock else 0.0,
             wall_s=self.wall_s,
-            ready_at=self.ready_at,
+            ready_at=self.ready.at,
             ticks=ticks,
             late_ticks=late,
             outside_clients=sum(v.outside_clients for v in crew.vehicles),
@@ -205,18 +206,6 @@ class OpenRun:
             record=options.record,
             ports=crew.ports,
         )
-
-    def _make_folder(self) -> None:
-        try:
-            for spec in self.starts:
-                (self.folder / "vehicles" / spec.name).mkdir(parents=True)
-            text = scenario_to_yaml(self.scenario)
-            (self.folder / "scenario.yaml").write_text(text, encoding="utf-8")
-            write_robots(self.folder, self.starts, self.scenario.team)
-        except OSError as error:
-            raise LinkError(
-                f"{self.folder}: cannot write the run folder: {error.strerror}"
-            ) from None
 
     def _open_bus(self) -> tuple[Bus, str]:
         """Return a router on a free port, and its endpoint."""

@@ -44,15 +44,17 @@ class Pacer:
         self.due = time.monotonic() if begun is None else begun
         self.late = 0
 
+    def count_due(self, wall: float) -> int:
+        """Return how many ticks should have begun by now, one at least."""
+        return max(1, int(min(wall - self.due, _MAX_LAG_S) / self._pace) + 1)
+
     def advance(self, wall: float) -> None:
         """Count the tick that has ended at `wall`; it is late when its successor already was."""
         self.due += self._pace
         lag = wall - self.due
+        self.late += lag > self._pace
         if lag > max(self._pace, _MAX_LAG_S):  # skip rather than race to catch up
-            self.late += int(lag / self._pace)
             self.due += lag
-        elif lag > self._pace:
-            self.late += 1
 
     def wait(self) -> None:
         """Count a tick that ends now, and sleep until the next is due."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...transport.channel import ChannelClosed
 from ...transport.links import patience
-from ...vehicles.process import DONE, LIVENESS_S
+from ...vehicles.grants import DONE, LIVENESS_S
 from .children import Child
 from .conductor import CoordinatorHandle, VehicleHandle
 

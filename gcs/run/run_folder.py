@@ -8,7 +8,7 @@ from pathlib import Path
 from ...scenarios.dump import scenario_to_yaml
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.errors import LinkError
-from ..recording.recorder import write_robots
+from ..recording.robots import write_robots
 
 
 def name_folder(out: Path, scenario: Scenario) -> Path:

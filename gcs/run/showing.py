@@ -1,6 +1,7 @@
 """What the launcher shows of a run: the newest states, a few times a second."""
 
 import time
+from collections.abc import Callable
 
 from ...scenarios.schema import Scenario
 from ...transport.bus import Bus
@@ -9,32 +10,28 @@ from ...transport.wire import VehicleState, unpack_state, unpack_team
 from .clock_control import ClockControl
 from .open_run import View
 
-PAUSED = "paused"
-_PERIOD_S = 0.1
+_PERIOD_S = 0.25
 _PAUSED_PERIOD_S = 1.0  # nothing moves
+_PAUSED = "paused"
+Look = Callable[[], list[VehicleState]]
 
 
 class Showing:
-    """Keeps a view up to date; call it as often as you like."""
+    """Keeps a view up to date; call it as often as you like. `look` returns the newest states."""
 
-    def __init__(self, bus: Bus | LocalBus, scenario: Scenario, view: View) -> None:
+    def __init__(self, view: View, look: Look) -> None:
         self._view = view
+        self._look = look
         self._at = 0.0
-        # Of several coordinators each publishes its own vehicles only.
-        central = scenario.team.coordinators == "central"
-        names = [spec.name for spec in sorted(scenario.robots, key=lambda r: r.system_id)]
-        keys = ["team"] if central else [f"vehicle/{name}/state" for name in names]
-        self._newest = [bus.newest(key) for key in keys]
-        self._unpack = _team if central else _state
 
     def show(self, now: float, factor: float, clock: str = "") -> None:
         """Show the team at fleet time `now`, `factor` times real time, and how the clock stands."""
         wall = time.monotonic()
         if wall < self._at:
             return
-        self._at = wall + (_PAUSED_PERIOD_S if clock == PAUSED else _PERIOD_S)
-        known = [self._unpack(data) for n in self._newest if (data := n.get()) is not None]
-        self._view.update(now, [s for group in known for s in group], factor, clock)
+        self._at = wall + (_PAUSED_PERIOD_S if clock == _PAUSED else _PERIOD_S)
+        states = sorted(self._look(), key=lambda state: state.system_id)
+        self._view.update(now, states, factor, clock)
 
     def show_paced(self, control: ClockControl, *, at_once: bool) -> None:
         """Show a team whose clock can be held."""
@@ -42,6 +39,30 @@ class Showing:
         if at_once:
             self._at = 0.0
         self.show(control.now, control.rate, _words(control))
+
+
+def look_at_teams(teams: Callable[[], list[bytes]]) -> Look:
+    """Return how to see the states in `team` messages that are there for the asking.
+
+    Every tick on the bus would cost a lone robot's run a third of its speed.
+    """
+    return lambda: [state for data in teams() for state in unpack_team(data)[1]]
+
+
+def look_at_bus(bus: Bus | LocalBus, scenario: Scenario) -> Look:
+    """Return how to see what coordinators that run free publish."""
+    # Of several coordinators each publishes its own vehicles only.
+    central = scenario.team.coordinators == "central"
+    names = [spec.name for spec in scenario.robots]
+    keys = ["team"] if central else [f"vehicle/{name}/state" for name in names]
+    newest = [bus.newest(key) for key in keys]
+    unpack = _team if central else _state
+
+    def look() -> list[VehicleState]:
+        known = [data for sample in newest if (data := sample.get()) is not None]
+        return [state for data in known for state in unpack(data)]
+
+    return look
 
 
 def _team(data: bytes) -> list[VehicleState]:
@@ -55,5 +76,5 @@ def _state(data: bytes) -> list[VehicleState]:
 
 def _words(control: ClockControl) -> str:
     if control.paused:
-        return PAUSED
+        return _PAUSED
     return "" if control.speed is None else f"speed {control.speed:g}"

@@ -6,7 +6,8 @@ Plain columns, not a rich table: a table of twenty lines takes 10 ms to lay out,
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot
+from itertools import islice
+from math import dist, hypot, inf
 from typing import NamedTuple
 
 from rich.text import Text
@@ -104,18 +105,24 @@ class TeamText:
 
 def nearest(states: Sequence[VehicleState]) -> dict[str, Near]:
     """Return the distance in space to the nearest other robot, and its name, by robot."""
-    if len(states) < 2:
-        return {}
-    import numpy as np  # a run is under way sooner without
+    axis = max((0, 1), key=lambda k: _spread([s.position[k] for s in states]))
+    line = sorted((s.position[axis], s.position, s.name) for s in states)
+    found: dict[str, Near] = {}
+    for i, (at, place, name) in enumerate(line):
+        best, whose = inf, ""
+        for others in (islice(line, i + 1, None), reversed(line[:i])):
+            for other_at, other, other_name in others:
+                if abs(other_at - at) > best:  # and so are all that follow
+                    break
+                if (apart := dist(place, other)) < best:
+                    best, whose = apart, other_name
+        if whose:
+            found[name] = best, whose
+    return found
 
-    places = np.array([s.position for s in states])
-    apart = np.sqrt(((places[:, None] - places[None]) ** 2).sum(axis=2))
-    np.fill_diagonal(apart, np.inf)
-    others = apart.argmin(axis=1)
-    return {
-        s.name: (float(apart[i, j]), states[j].name)
-        for i, (s, j) in enumerate(zip(states, others, strict=True))
-    }
+
+def _spread(values: Sequence[float]) -> float:
+    return max(values, default=0.0) - min(values, default=0.0)
 
 
 def phases(states: Sequence[VehicleState]) -> str:

@@ -223,8 +223,8 @@ class Stage:
         run = self._run
         if run is None or run.clock is None:
             return
-        if run.ready_at is None:
-            run.ready_at = 0.0  # everything counts
+        if run.ready.at is None:
+            run.ready.at = 0.0  # everything counts
         match error:
             case None:
                 code, text = PASSED, None

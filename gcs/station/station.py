@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from math import isfinite
+from typing import Any
 
 from ...transport.frames import Origin, Triple
 from ...transport.mavlink import AUTOPILOT_COMPONENT, Codec, Message, mav
@@ -20,7 +21,7 @@ from .targets import position_target
 SYSTEM_ID = 254
 COMPONENT_ID: int = mav.MAV_COMP_ID_MISSIONPLANNER  # 190, as MAVSDK and QGroundControl use it
 _HEARTBEAT_S = 1.0
-_HEARTBEAT = mav.MAVLink_heartbeat_message
+_HEARTBEAT: Any = mav.MAVLink_heartbeat_message
 _LOCAL_NED: int = mav.MAV_FRAME_LOCAL_NED
 _BODY_NED: int = mav.MAV_FRAME_BODY_NED
 _NO_AUTOPILOT: int = mav.MAV_AUTOPILOT_INVALID

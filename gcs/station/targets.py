@@ -1,5 +1,7 @@
 """SET_POSITION_TARGET_LOCAL_NED from what a target is to give."""
 
+from typing import Any
+
 from ...transport.frames import Triple
 from ...transport.mavlink import Message, mav
 
@@ -10,7 +12,7 @@ _IGNORE_YAW = 0x400
 _IGNORE_YAW_RATE = 0x800
 _ZERO = (0.0, 0.0, 0.0)
 _AUTOPILOT: int = mav.MAV_COMP_ID_AUTOPILOT1
-_SetTarget = mav.MAVLink_set_position_target_local_ned_message
+_SetTarget: Any = mav.MAVLink_set_position_target_local_ned_message
 
 
 def position_target(

@@ -35,6 +35,7 @@ def columns(plan: Plan, points: Sequence[Scenario]) -> list[Column]:
         Column("passed", "bool"),
         Column("exit_code", "int"),
         Column("error", "text"),
+        Column("assertions_failed", "text"),  # their names; null when none has
         Column("collisions", "int"),
         *(Column(f"collisions_{name}", "int") for name in classes),
         Column("min_separation_m", "float"),
@@ -113,11 +114,13 @@ def result_row(scenario: Scenario, report: Mapping[str, Any]) -> Row:
     if report["exit_code"] not in JUDGED:
         return failed_row(report["error"] or "no reason given", report["exit_code"])
     robots = {robot["name"]: robot for robot in report["robots"]}
+    failed = [each["name"] for each in report["assertions"] if not each["passed"]]
     going = [spec.name for spec in scenario.robots if isinstance(spec.path, Goto)]
     row: Row = {
         "passed": report["passed"],
         "exit_code": report["exit_code"],
         "error": report["error"],
+        "assertions_failed": ", ".join(failed) or None,
         "collisions": report["collisions"],
         "min_separation_m": report["min_separation_m"],
         "all_arrived": report["all_arrived"],

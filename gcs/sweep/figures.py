@@ -173,7 +173,7 @@ def _measure_rows(
                     fontsize=8,
                     color=COLOURS[1],
                 )
-        _contact(axes, name)
+        _contact(axes, name, upright=True)
         axes.set_title(_MEASURES[name], loc="left", fontsize=11, color=INK)
     panels[-1].set_xlabel(
         "dots: runs; tick and bar: median and its 95 % interval; dashed: contact", color=SOFT
@@ -181,13 +181,16 @@ def _measure_rows(
     return figure
 
 
-def _contact(axes: "Axes", name: str) -> None:
+def _contact(axes: "Axes", name: str, *, upright: bool) -> None:
     """Mark the contact distance, where anybody came near it."""
     if pair := _CONTACT.get(name):
         contact = contact_distance(*pair)
-        if axes.get_xlim()[0] < 3 * contact:
+        if upright and axes.get_xlim()[0] < 3 * contact:
             axes.axvline(contact, ls="--", lw=1.1, color=INK)
             axes.set_xlim(left=0)
+        elif not upright and axes.get_ylim()[0] < 3 * contact:
+            axes.axhline(contact, ls="--", lw=1.1, color=INK)
+            axes.set_ylim(bottom=0)
 
 
 def _dots(axes: "Axes", values: "np.ndarray", row: int) -> None:
@@ -246,9 +249,10 @@ def _measure_lines(
             )
             axes.fill_between(each.x, low, high, color=colour, alpha=_TRANSPARENT, lw=0)
             axes.plot(each.x, middle, "o-", ms=4, color=colour, label=each.label)
+        _contact(axes, name, upright=False)
         axes.set_title(_MEASURES[name], loc="left", fontsize=11, color=INK)
         quiet(axes)
-    _finish_lines(panels, key, series, "medians; bands: their 95 % intervals")
+    _finish_lines(panels, key, series, "medians; bands: their 95 % intervals; dashed: contact")
     return figure
 
 
@@ -257,6 +261,9 @@ def _finite(value: float | None) -> float:
 
 
 def _finish_lines(panels: Sequence["Axes"], key: str, series: Sequence[_Series], note: str) -> None:
-    panels[-1].set_xlabel(f"{key} ({note})", color=SOFT)
+    panels[-1].set_xlabel(f"{key}\n{note}", color=SOFT)
+    if len(series) == len(COLOURS):
+        note = f"at most {len(COLOURS)} lines; the summary has all"
+        panels[0].set_title(note, loc="right", fontsize=9, color=SOFT)
     if len(series) > 1:
         panels[0].legend(fontsize=8, frameon=False)

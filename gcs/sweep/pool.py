@@ -12,9 +12,10 @@ from multiprocessing.connection import Connection, wait
 from queue import SimpleQueue
 from threading import Thread
 from traceback import extract_tb
+from warnings import catch_warnings, simplefilter
 
+from ...transport.child import GC_THRESHOLD
 from ...transport.errors import MavherdError, VehicleError
-from ...vehicles.nursery import GC_THRESHOLD
 from ..report.outcome import INTERRUPTED
 from .columns import Row, failed_row
 from .engine import Ended, Task
@@ -35,7 +36,10 @@ class _Worker:
         ours = [self.pipe, *(other.pipe for other in others)]
         self.process = _FORK.Process(target=_work, args=(task, end, ours), daemon=True)
         try:
-            self.process.start()
+            with catch_warnings():
+                # Python 3.12 warns of any thread, such as numpy's; workers use nothing they hold.
+                simplefilter("ignore", DeprecationWarning)
+                self.process.start()
         except OSError as error:
             raise VehicleError(f"cannot start a worker: {error.strerror}") from None
         end.close()

@@ -22,6 +22,7 @@ WORST = 10  # runs that the summary names
 FAILURES = 20  # reasons
 
 _FIGURES = ("last_arrival_s", "max_path_ratio", "max_rmse_m", "duration_s")
+_ASSERTIONS = "assertions_failed"
 
 Column = npt.NDArray[Any]
 
@@ -82,7 +83,7 @@ class Summary:
             if collisions[row] > 0:
                 yield row, _count(int(collisions[row]), "collision")
             else:
-                yield row, self._table["error"][row].as_py() or "an assertion failed"
+                yield row, self._text("error", row) or f"failed: {self._text(_ASSERTIONS, row)}"
         near = order[passed[order] & np.isfinite(nearness[order])]
         if len(near):
             row = int(near[np.argmin(nearness[near])])
@@ -139,7 +140,7 @@ class Summary:
         """Return the first run that failed for each reason, and how many did."""
         reasons: dict[str, list[int]] = {}
         for row in rows:
-            reasons.setdefault(self._table["error"][row].as_py(), []).append(row)
+            reasons.setdefault(self._text("error", row), []).append(row)
         return [
             self._look(mine[0], why, source) | {"runs": len(mine)}
             for why, mine in list(reasons.items())[:FAILURES]
@@ -152,9 +153,13 @@ class Summary:
             "set": self.plan.settings(job.point),
             "seed": job.seed,
             "why": why,
-            "digest": self._table["digest"][row].as_py(),
+            "digest": self._text("digest", row),
             "command": self.plan.command(job.point, job.seed, source),
         }
+
+    def _text(self, name: str, row: int) -> str:
+        """Return a text of the table, empty for null."""
+        return self._table[name][row].as_py() or ""
 
     def _of(self, point: int, name: str) -> Column:
         """Return a column of the judged runs of a grid point: every so many rows is one of them."""

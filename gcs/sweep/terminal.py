@@ -15,7 +15,7 @@ from rich.progress import (
 
 from .columns import JUDGED, Row
 
-_REFRESH_S = 0.25
+_REFRESH_S = 0.5
 _LINE_S = 10.0  # between lines where no bar can be drawn
 
 
@@ -47,7 +47,6 @@ class SweepView:
         self._done_before = 0
 
     def __enter__(self) -> "SweepView":
-        self._progress.start()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -55,16 +54,18 @@ class SweepView:
 
     def checked(self, points: int, of: int) -> None:
         """Show how many grid points have been looked at."""
-        if of > 1:
-            self._progress.update(
-                self._bar, description="checking the grid", completed=points, total=of
-            )
+        self._progress.update(
+            self._bar, description="checking the grid", completed=points, total=of
+        )
+        if time.monotonic() - self._begun > _REFRESH_S:  # it takes long enough to be looked at
+            self._progress.start()
             self.refresh()
 
     def begun(self, done: int, runs: int) -> None:
         """Show that the sweep goes on from `done` of its `runs`."""
         self._runs, self._done, self._done_before = runs, done, done
         self._begun = time.monotonic()
+        self._progress.start()
         if done:
             self.note(f"{done} of {runs} runs are done already")
         self._progress.reset(
@@ -84,6 +85,12 @@ class SweepView:
         period = _REFRESH_S if self._console.is_terminal else _LINE_S
         if time.monotonic() - self._shown >= period:
             self._show()
+
+    def finished(self) -> None:
+        """Say how long it took."""
+        took, count = time.monotonic() - self._begun, self._done - self._done_before
+        if count:
+            self.note(f"{count} runs in {took:.1f} s, {count / took:.3g} a second")
 
     def note(self, text: str) -> None:
         """Print a line above the bar."""

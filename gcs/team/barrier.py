@@ -6,14 +6,17 @@ many the vehicle has sent, so that nothing is in flight across a tick.
 
 import socket
 import time
+from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...transport.errors import VehicleError
 from ...transport.links import patience
-from ...vehicles.process import DONE, GRANT, LIVENESS_S
-from .ground import Ground
+from ...vehicles.grants import DONE, GRANT, LIVENESS_S
+
+if TYPE_CHECKING:
+    from .ground import Ground
 
 SLICE_S = 0.2  # how often a wait looks whether it still makes sense
 
@@ -89,11 +92,14 @@ class Barrier:
         return Died(vehicle.name, vehicle.pid, self._now_us * 1e-6)
 
 
-def serve(grant: Mapping[str, Any], barrier: Barrier, ground: Ground) -> dict[str, Any]:
+def serve(grant: Mapping[str, Any], barrier: Barrier, ground: "Ground") -> dict[str, Any]:
     """Do the ticks that the conductor grants, vehicles first; return the answer it waits for.
 
-    It is fewer ticks than were granted when the team is done, or `wall_s` seconds are over.
+    It is fewer ticks than were granted when the team is done, or `wall_s` seconds are over. A
+    `look` grants none: it asks for the states of the last tick.
     """
+    if "look" in grant:
+        return {"team": b64encode(ground.exchange.known()).decode()}
     until_us, period_us, most = grant["until_us"], grant["period_us"], grant["ticks"]
     core = ground.core
     answer_at = time.monotonic() + grant["wall_s"]

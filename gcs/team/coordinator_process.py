@@ -1,12 +1,12 @@
 """The process around one coordinator: its pace, and its end.
 
-Run by the launcher as `python -m mavherd.gcs.team.coordinator_process FD`; the first line on the
-channel FD is a `Job`. In lockstep each further line grants one tick and is answered when the tick
-is done; free-running, lines go out when there is something to tell. End-of-file means stop: our own
-vehicles are left to whoever ends their processes, external ones are brought to rest first.
+Run by the launcher as `python -m mavherd.gcs.team.coordinator_process FD`. Over the channel FD come
+sockets, and then a line that becomes a `Job`. In lockstep each further line grants ticks and is
+answered when they are done; free-running, lines go out when there is something to tell.
+End-of-file means stop: our own vehicles are left to whoever ends their processes, external ones
+are brought to rest first.
 """
 
-import gc
 import select
 import signal
 import socket
@@ -17,19 +17,20 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ...scenarios.loader import load_scenario
 from ...transport.bus import Bus
 from ...transport.channel import Channel, ChannelClosed
+from ...transport.child import log_to, settle
 from ...transport.errors import MavherdError
-from ...vehicles.nursery import GC_THRESHOLD
 from .barrier import Barrier, Died, VehicleHandle, serve
 from .exchange import REPEAT_S
 from .ground import Ground
 
 _SIGN_OF_LIFE_S = 1.0  # free-running, the launcher hears from us at least so often
 _MAX_LAG_S = 0.5
+_MAX_REPEAT_S = 2.0  # while a run is paused
+_BREATH_S = 0.004  # free-running, between two looks at what the vehicles have sent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +41,9 @@ class Job:
     run_id: str
     endpoint: str  # of the Zenoh router
     own: dict[str, int | None]  # vehicle name -> file descriptor of its socket; None: external
-    conducted: list[list[Any]]  # lockstep: name, pid and control socket of each own vehicle
+    conducted: list[
+        tuple[str, int, int]
+    ]  # lockstep: name, pid and control socket of each own vehicle
     lockstep: bool
     started: float = 0.0  # time.monotonic() at which fleet time was 0, free-running
 
@@ -60,6 +63,9 @@ class CoordinatorProcess:
             started=job.started,
         )
         self.core = self.ground.core
+        self._conducted = [
+            VehicleHandle(name, pid, socket.socket(fileno=fd)) for name, pid, fd in job.conducted
+        ]
         self.late = 0
         self._period = 1.0 / scenario.team.rate_hz
         self._ticks = 0
@@ -71,16 +77,15 @@ class CoordinatorProcess:
             if channel.ended:
                 raise ChannelClosed
 
-        vehicles = [
-            VehicleHandle(name, pid, socket.socket(fileno=fd))
-            for name, pid, fd in self.job.conducted
-        ]
-        barrier, exchange = Barrier(vehicles, look), self.ground.exchange
+        barrier, exchange = Barrier(self._conducted, look), self.ground.exchange
+        patience = REPEAT_S
         while True:
-            grant = channel.receive(None if exchange.alone else REPEAT_S)
+            grant = channel.receive(None if exchange.alone else patience)
             if grant is None:  # somebody may wait for a state of ours that it has missed
                 exchange.repeat()
+                patience = min(2 * patience, _MAX_REPEAT_S)
                 continue
+            patience = REPEAT_S
             channel.send(serve(grant, barrier, self.ground))
 
     def run_free(self, channel: Channel) -> None:
@@ -126,6 +131,8 @@ class CoordinatorProcess:
                 if channel and channel.socket in ready:
                     return  # nothing but end-of-file comes here
                 self.ground.drain(self._now, ready)
+                # What comes now can wait for a moment: a wake-up for each datagram costs more.
+                time.sleep(max(0.0, min(_BREATH_S, due - time.monotonic())))
             self.ground.tick_free(self._now)
             yield
             lag = time.monotonic() - due
@@ -147,18 +154,18 @@ class CoordinatorProcess:
     def close(self) -> None:
         """Finish the logs, leave the bus and close the sockets."""
         self.ground.close()
+        for vehicle in self._conducted:
+            vehicle.control.close()
 
 
 def main(fd: int) -> int:
     """Serve the channel on `fd`; return the exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the launcher decides
-    gc.freeze()
-    gc.set_threshold(GC_THRESHOLD)
+    settle()
     channel = Channel(socket.socket(fileno=fd))
     process = None
     try:
-        first = channel.receive()
-        job = Job(**(first or {}))
+        job = _job(channel)
         bus = Bus.client(job.endpoint, job.run_id, reliable=job.lockstep)
         process = CoordinatorProcess(job, bus)
         channel.send({"ready": True})
@@ -191,6 +198,18 @@ def main(fd: int) -> int:
                 process.close()
         channel.close()
     return 0
+
+
+def _job(channel: Channel) -> Job:
+    """Wait for the job; sockets come ahead of it: vehicles' links first, then their controls."""
+    while not (message := channel.receive()):
+        pass
+    log_to(message.pop("log"))
+    fds = iter(channel.fds)
+    links = {name: next(fds) for name in message.pop("linked")}
+    message["own"] = {name: links.get(name) for name in message["own"]}
+    message["conducted"] = [(name, pid, next(fds)) for name, pid in message["conducted"]]
+    return Job(**message)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from ...transport.wire import (
     pack_team,
     unpack_state,
 )
-from ...vehicles.process import LIVENESS_S
+from ...vehicles.grants import LIVENESS_S
 from .coordinator import Coordinator
 
 REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
@@ -52,12 +52,16 @@ class Exchange:
         self._packed = {s.name: pack_state(s) for s in states if s.name in self._followed}
         self.repeat()
         if self._team and self._team.wanted:
-            known = [state for state in states if state.time >= 0]
-            self._team.put(pack_team(self._core.sequence, known))
+            self._team.put(self.known())
         for name, member in self._core.members.items():
             present = now - max(0.0, member.station.status.heartbeat_at) < _PRESENT_S
             if present != self._present[name]:
                 self._tell_presence(name, present)
+
+    def known(self) -> bytes:
+        """Return our states of this tick in one message, as far as there are any."""
+        known = [state for state in self._offered if state.time >= 0]
+        return pack_team(self._core.sequence, known)
 
     def gather(self, now: float) -> list[VehicleState]:
         """Return the states of all vehicles, in lockstep those of this very tick."""

@@ -17,7 +17,7 @@ from ...transport.errors import VehicleError
 from ...transport.links import patience
 from ...transport.switchboard import Switchboard
 from ...vehicles.config import SIMULATED_EPOCH_US
-from ...vehicles.process import LIVENESS_S
+from ...vehicles.grants import LIVENESS_S
 from .coordinator import MakeConduct
 from .mission import Mission
 from .seat import Seat

@@ -155,11 +155,12 @@ def test_keys_at_a_terminal(sandbox):
             (b"\x1b[C", '"step"'),
             (b"-", '"slower"'),
             (b"1", '"speed 1"'),
-            (b" ", '"toggle"'),
+            (b" ", '"resume"'),
             (b"m", '"speed max"'),
         ):
             os.write(keyboard, key)
             sandbox.wait_for_run(event)
+        sandbox.wait_for(lambda: b"GUIDED" in shown, "the robots")
         assert not restored()
         os.write(keyboard, b"z\x1b[Aq")  # what means nothing does nothing
         sandbox.wait_for(lambda: b"mavherd: interrupted" in shown, "the end")

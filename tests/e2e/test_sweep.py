@@ -138,6 +138,17 @@ def test_ctrl_c_in_a_terminal_reaches_everybody_and_nothing_is_lost(sandbox, das
     assert not (sandbox.folder / "out" / "underway").exists()
 
 
+def test_vehicles_do_not_outlive_a_sweep_that_is_killed(sandbox, dash):
+    options = "--seeds", "0:6", "--out", "out", "--jobs", 2, "--processes"
+    process = sandbox.start("sweep", dash, *options)
+    wait_for_rows(sandbox, process, 1)
+    process.kill()
+    sandbox.wait_for(lambda: not sandbox.processes(), "the end of workers and vehicles")
+    assert sandbox.run("sweep", "--resume", "out").code == 0
+    assert [row["exit_code"] for row in table(sandbox)] == [0] * 6
+    assert not (sandbox.folder / "out" / "underway").exists()
+
+
 def test_two_cannot_write_one_sweep(sandbox, sweep):
     process = sweep("--seeds", "0:9999")
     wait_for_rows(sandbox, process, 1)

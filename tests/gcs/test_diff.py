@@ -1,11 +1,16 @@
 """Where two runs part is found to the field, in fleet time, and said in words and as JSON."""
 
 import json
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mavherd.gcs.cli import main
+from mavherd.gcs.diff.links import compare
+from mavherd.gcs.diff.run_folder import Entry
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.transport.tlog import TlogWriter
 from mavherd.vehicles.config import SIMULATED_EPOCH_US
@@ -285,6 +290,26 @@ def test_json_tells_the_same(tmp_path, capsys):
     assert parting["direction"] == "ground to vehicle"
     assert parting["fields"] == [{"name": "vx", "a": "nan", "b": pytest.approx(0.412)}]
     assert told["vehicles"] == [told["first"]]
+
+
+moments = st.lists(st.tuples(st.integers(1, 6), st.sampled_from((0.1, 0.2, 0.3))), max_size=12)
+
+
+@given(moments, moments)
+def test_whatever_two_links_hold_they_part_behind_their_last_common_message(a, b):
+    logs = []
+    for said in (a, b):
+        link = Link()
+        for tick, roll in sorted(said):
+            link.told(tick / 20, attitude(1.0, roll))
+        logs.append([Entry(round(at * 1e6), frame) for at, frame in link.entries])
+    there, back = (compare("rover1", 1, *pair, timed=True) for pair in (logs, logs[::-1]))
+    pairs = zip(*logs, strict=False)
+    assert there.equal == back.equal == len([*takewhile(lambda pair: pair[0] == pair[1], pairs)])
+    assert (there.parting is None) == (logs[0] == logs[1])
+    if there.parting and back.parting:
+        assert (there.parting.a, there.parting.b) == (back.parting.b, back.parting.a)
+        assert there.order == back.order
 
 
 def refusal(capsys, a, b):

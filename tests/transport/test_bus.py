@@ -3,12 +3,14 @@
 import socket
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
 from mavherd.transport.bus import Bus
 from mavherd.transport.errors import LinkError
+from mavherd.transport.questions import MAX_WAITING
 
 
 def free_endpoint() -> str:
@@ -132,6 +134,64 @@ def test_closing_twice_is_harmless(endpoint):
     bus.close()
     with Bus.router(endpoint, "run1"):
         pass  # the port is free again
+
+
+def test_the_newest_sample_is_there_when_it_is_wanted(router, client):
+    newest, publisher = client.newest("team"), router.publisher("team")
+    assert newest.get() is None
+    assert until(lambda: publisher.wanted)
+    for payload in (b"1", b"2", b"3"):
+        publisher.put(payload)
+    assert until(lambda: newest.get() == b"3")
+    assert newest.get() == b"3"  # as long as there is no newer one
+
+
+@pytest.fixture
+def clerk(router):
+    """Somebody who repeats what he is asked, but not what is rude."""
+    questions, over = router.questions("clock/command"), threading.Event()
+
+    def serve():
+        while not over.wait(0.002):
+            for question in questions.drain():
+                if question.text.startswith("rude"):
+                    question.refuse(f"not {question.text!r}")
+                else:
+                    question.answer(question.text)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    yield questions
+    over.set()
+    thread.join()
+
+
+@pytest.mark.usefixtures("clerk")
+def test_a_question_is_answered_or_refused(client, endpoint):
+    assert client.ask("clock/command", "pause", 5.0) == (True, "pause")
+    assert client.ask("clock/command", "rude", 5.0) == (False, "not 'rude'")
+    assert client.ask("clock/command", "y" * 10_000, 5.0) == (True, "y" * 200)
+    with Bus.client(endpoint, "*") as stranger:  # who does not know the name of the run
+        assert stranger.ask("clock/command", "step", 5.0) == (True, "step")
+
+
+def test_where_nobody_answers_there_is_no_answer(router, client):
+    assert client.ask("clock/command", "pause", 5.0) is None
+    questions = router.questions("clock/command")
+    assert until(lambda: client.ask("clock/command", "pause", 0.05) is None)
+    assert until(lambda: [q.text for q in questions.drain()])
+
+
+def test_no_more_than_so_many_questions_wait(router, client):
+    questions = router.questions("clock/command")
+    asking = [
+        threading.Thread(target=client.ask, args=("clock/command", str(n), 1.0)) for n in range(40)
+    ]
+    for thread in asking:
+        thread.start()
+    for thread in asking:
+        thread.join()
+    assert 0 < len(list(questions.drain())) <= MAX_WAITING
 
 
 FORGETFUL = """

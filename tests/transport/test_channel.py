@@ -1,5 +1,6 @@
 """Lines of JSON arrive whole, in order, and the end of the other side is noticed."""
 
+import os
 import socket
 import threading
 from contextlib import contextmanager
@@ -91,3 +92,20 @@ def test_a_line_without_end_is_cut_off():
             b.receive(timeout=5)
         b.close()
         sender.join()
+
+
+def test_open_files_come_along_in_order():
+    with pair() as (a, b):
+        ends = [os.pipe() for _ in range(3)]
+        a.send({"first": 1}, [ends[0][0]])
+        a.send({"none": 0})
+        a.send({"others": 2}, [read for read, _ in ends[1:]])
+        for read, _ in ends:
+            os.close(read)  # what was sent stays open
+        assert [list(b.receive(1)) for _ in range(3)] == [["first"], ["none"], ["others"]]
+        for i, (_, write) in enumerate(ends):
+            os.write(write, b"%d" % i)
+            os.close(write)
+        assert [os.read(fd, 9) for fd in b.fds] == [b"0", b"1", b"2"]
+        for fd in b.fds:
+            os.close(fd)

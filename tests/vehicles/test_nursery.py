@@ -17,9 +17,9 @@ from mavherd.transport.errors import VehicleError
 from mavherd.transport.links import listen_tcp, socket_pair_udp
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
+from mavherd.vehicles.grants import DONE, GRANT
 from mavherd.vehicles.parameters import files
 from mavherd.vehicles.parameters.store import Parameters
-from mavherd.vehicles.process import DONE, GRANT
 
 HOST = "127.0.0.1"
 TICK_US = 50_000
@@ -66,7 +66,8 @@ def until(condition, seconds=5.0):
 
 @pytest.fixture
 def nursery(tmp_path):
-    it = Nursery(tmp_path / "nursery.txt")
+    it = Nursery()
+    it.log_to(tmp_path / "nursery.txt")
     yield it
     it.close()
     assert (tmp_path / "nursery.txt").read_text() == ""
@@ -93,9 +94,9 @@ def spawn(nursery, tmp_path):
             "started": time.monotonic(),
         }
         with theirs, their_control:
-            child.pid = nursery.spawn(
-                request, [theirs, their_control, *([tcp] if tcp else [])], never
-            )
+            nursery.ask(request, [theirs, their_control, *([tcp] if tcp else [])])
+        nursery.fork()
+        child.pid = nursery.pid(never)
         return child
 
     yield make

@@ -17,7 +17,8 @@ from mavherd.transport.errors import VehicleError
 from mavherd.transport.links import TcpServer, UdpIn, listen_tcp, socket_pair_udp
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
-from mavherd.vehicles.process import DONE, GRANT, VehicleProcess, _datagrams
+from mavherd.vehicles.grants import DONE, GRANT
+from mavherd.vehicles.process import VehicleProcess, _datagrams
 from mavherd.vehicles.vehicle import Vehicle
 
 HOST = "127.0.0.1"

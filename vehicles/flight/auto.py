@@ -75,12 +75,13 @@ class Auto:
                 progress.started = True
             if self._is_due():
                 self._advance()
-            if self._leg is None:
-                self._steps.update()
-                return self._rest
-        setpoint = self._leg.update()
+        leg = self._leg
+        if leg is None:
+            self._steps.update()
+            return self._rest
+        setpoint = leg.update()
         self._steps.update()
-        if self._leg.done and self._autopilot.now - self._begun_at >= _SHORTEST:
+        if leg.done and self._autopilot.now - self._begun_at >= _SHORTEST:
             self._arrive()
         if isinstance(setpoint, AttitudeSetpoint):
             return setpoint

@@ -6,7 +6,7 @@ from ..flight.settings import Action
 from . import ardupilot as shared
 from . import ardupilot_sensors as sensors
 from .body import QUADCOPTER_BODY, QUADCOPTER_GAINS
-from .parameter import INT8, INT16, INT32, REAL32
+from .parameter import INT8, INT16, INT32, REAL32, Parameter
 from .rows import COPTER_ACTIONS, choice, fact, gain, grouped, int8, int16, int32, joined, real
 
 _CENTI = 0.01
@@ -180,7 +180,7 @@ _FENCE = grouped(
     fact(INT8, "AVOID_ENABLE", 0, "No braking before the fence", values={0: "None"}),
 )
 
-TABLE = joined(
+TABLE: tuple[Parameter, ...] = joined(
     grouped("FORMAT", fact(INT16, "FORMAT_VERSION", 120, "Version of this list")),
     shared.IDENTITY,
     grouped(

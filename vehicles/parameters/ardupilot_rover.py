@@ -6,7 +6,7 @@ from ..flight.settings import Action
 from . import ardupilot as shared
 from . import ardupilot_sensors as sensors
 from .body import HALF_TRACK, ROVER_BODY, ROVER_GAINS
-from .parameter import INT8, INT16
+from .parameter import INT8, INT16, Parameter
 from .rows import (
     ROVER_ACTIONS,
     choice,
@@ -105,7 +105,7 @@ _FENCE = grouped(
     ),
 )  # fmt: skip
 
-TABLE = joined(
+TABLE: tuple[Parameter, ...] = joined(
     grouped("FORMAT", fact(INT16, "FORMAT_VERSION", 16, "Version of this list")),
     shared.IDENTITY,
     grouped(

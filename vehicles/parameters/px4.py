@@ -223,7 +223,7 @@ _ROVER = grouped(
     constant("RD_WHEEL_TRACK", "half_track", "Distance of the wheels", "m", 0.5),
 )
 
-QUADCOPTER_TABLE = joined(
+QUADCOPTER_TABLE: tuple[Parameter, ...] = joined(
     _system(2, 4001, "Generic Quadcopter"),
     _COMMANDER,
     _BATTERY,
@@ -235,7 +235,7 @@ QUADCOPTER_TABLE = joined(
     QUADCOPTER_GAINS,
     QUADCOPTER_BODY,
 )
-ROVER_TABLE = joined(
+ROVER_TABLE: tuple[Parameter, ...] = joined(
     _system(10, 50000, "Generic Rover Differential"),
     _COMMANDER,
     _BATTERY,

@@ -1,7 +1,7 @@
 """Which telemetry a link gets, and when: one `Streams` for each link."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from ...transport.mavlink import mav
 from ..config import SLICE_US
@@ -10,12 +10,20 @@ from .rates import Rates
 if TYPE_CHECKING:
     from .telemetry import Telemetry
 
-_HEARTBEAT: int = mav.MAVLINK_MSG_ID_HEARTBEAT
-_SLOWEST_HEARTBEAT_US = 5_000_000  # by heartbeats the next client finds the vehicle
-_LONGEST_US = 2**31 - 1  # what MESSAGE_INTERVAL can say
-_SLOW_US = 500_000  # from here on, vehicles take turns
-_REVIEW_US = 1_000_000  # between two looks at the parameters
-_NEVER_US = 1 << 62
+_HEARTBEAT: Final[int] = mav.MAVLINK_MSG_ID_HEARTBEAT
+_SLOWEST_HEARTBEAT_US: Final = 5_000_000  # by heartbeats the next client finds the vehicle
+_LONGEST_US: Final = 2**31 - 1  # what MESSAGE_INTERVAL can say
+_SLOW_US: Final = 500_000  # from here on, vehicles take turns
+_REVIEW_US: Final = 1_000_000  # between two looks at the parameters
+_NEVER_US: Final = 1 << 62
+
+
+class _Stream:
+    """One message that is sent: every `interval_us`, and next at `due_us`."""
+
+    def __init__(self, interval_us: int, due_us: int) -> None:
+        self.interval_us = interval_us
+        self.due_us = due_us
 
 
 class Streams:
@@ -30,8 +38,7 @@ class Streams:
         self._telemetry = telemetry
         self._rates = Rates(telemetry.autopilot, channel)
         self._stagger = telemetry.autopilot.config.system_id * 7 % 50 * 2 * SLICE_US
-        self._interval_us: dict[int, int] = {}  # of what is sent
-        self._due_us: dict[int, int] = {}
+        self._streams: dict[int, _Stream] = {}  # what is sent
         self._asked: set[int] = set()  # messages whose rate the peer has chosen
         self._review_us = self.next_due_us = telemetry.now_us
         self._review(telemetry.now_us)
@@ -43,7 +50,8 @@ class Streams:
 
     def interval_us(self, message_id: int) -> int:
         """Return the interval of a message, -1 when it is not sent."""
-        return self._interval_us.get(message_id, -1)
+        stream = self._streams.get(message_id)
+        return -1 if stream is None else stream.interval_us
 
     def set_interval(self, message_id: int, interval_us: float, now_us: int) -> bool:
         """Send a message every `interval_us`; 0 restores its default, a negative one stops it.
@@ -71,7 +79,8 @@ class Streams:
     def heard(self, now_us: int) -> None:
         """Start the default streams: the peer has spoken for the first time."""
         self.spoken = True
-        self._due_us = {m: max(due, now_us) for m, due in self._due_us.items()}
+        for stream in self._streams.values():
+            stream.due_us = max(stream.due_us, now_us)
         self._reschedule()
 
     def due(self, now_us: int) -> list[int]:
@@ -80,14 +89,21 @@ class Streams:
             return []
         if now_us >= self._review_us:
             self._review(now_us)
-        ready = []
-        for message_id, due_us in self._due_us.items():
+        ready: list[int] = []
+        first_us = self._review_us
+        for message_id, stream in self._streams.items():
+            due_us = stream.due_us
             if due_us <= now_us and (self.spoken or message_id == _HEARTBEAT):
                 ready.append(message_id)
-                interval = self._interval_us[message_id]
-                following = due_us + interval
-                self._due_us[message_id] = following if following > now_us else now_us + interval
-        self._reschedule()
+                due_us += stream.interval_us
+                if due_us <= now_us:
+                    due_us = now_us + stream.interval_us
+                stream.due_us = due_us
+            if due_us < first_us:
+                first_us = due_us
+        self.next_due_us = first_us
+        if not self.spoken:
+            self._reschedule()
         return ready
 
     def _review(self, now_us: int) -> None:
@@ -110,19 +126,23 @@ class Streams:
         do not fall on one tick.
         """
         if interval_us < 0:
-            self._interval_us.pop(message_id, None)
-            self._due_us.pop(message_id, None)
+            self._streams.pop(message_id, None)
             return
         interval = int(min(max(SLICE_US, interval_us), _LONGEST_US))
-        if self._interval_us.get(message_id) == interval:
+        stream = self._streams.get(message_id)
+        if stream is not None and stream.interval_us == interval:
             return
-        self._interval_us[message_id] = interval
         slow = interval >= _SLOW_US
         offset = (self._stagger + message_id * SLICE_US) % interval if slow else 0
-        self._due_us[message_id] = now_us + offset
+        if stream is None:
+            self._streams[message_id] = _Stream(interval, now_us + offset)
+        else:
+            stream.interval_us, stream.due_us = interval, now_us + offset
 
     def _reschedule(self) -> None:
         if self.spoken:
-            self.next_due_us = min(self._review_us, min(self._due_us.values(), default=_NEVER_US))
+            dues = (stream.due_us for stream in self._streams.values())
+            self.next_due_us = min(self._review_us, min(dues, default=_NEVER_US))
         else:
-            self.next_due_us = self._due_us.get(_HEARTBEAT, _NEVER_US)
+            heartbeat = self._streams.get(_HEARTBEAT)
+            self.next_due_us = heartbeat.due_us if heartbeat else _NEVER_US

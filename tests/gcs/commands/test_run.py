@@ -27,7 +27,7 @@ def begins(monkeypatch, capsys):
 
     class Recorder:
         def __init__(self, *args):
-            self.started = BeginsError(*args)
+            self.started = BeginsError(*args[:3])
 
         def execute(self):
             made.append(self.started)
@@ -106,3 +106,18 @@ def test_with_leave_and_a_fence_real_vehicles_fly(begins, address):
 def test_vehicles_on_loopback_need_neither(begins):
     for address in ("tcp:127.0.0.1:5760", "tcp:localhost:5760", "udpin:127.0.0.3:14550"):
         begins("one-quad", EXTERNAL.format(address))
+
+
+def test_a_run_can_begin_paused_and_at_a_speed(begins):
+    _, options, _ = begins("one-quad", "--paused", "--speed", "2.5")
+    assert options.paused
+    assert options.speed == 2.5
+    _, options, _ = begins("one-quad", "--speed", "max")
+    assert not options.paused
+    assert options.speed is None
+
+
+@pytest.mark.parametrize("option", ["--paused", "--in-process"])
+def test_what_only_lockstep_can_do_is_refused_when_running_free(refused, option):
+    for free in ("--free-run", LOOPBACK):
+        assert f"{option}: the team runs free" in refused("one-quad", free, option)

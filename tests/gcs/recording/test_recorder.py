@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("rerun")
 
-from mavherd.gcs.recording.recorder import read_robots, write_robots
+from mavherd.gcs.recording.robots import read_robots, write_robots
 from mavherd.gcs.recording.separation import LiveSeparation
 from mavherd.scenarios.schema import Goto, Point, RobotSpec, Team
 from mavherd.transport.bus import Bus
@@ -22,7 +22,6 @@ from mavherd.transport.wire import (
     Phase,
     Target,
     VehicleState,
-    pack_state,
     pack_target,
     pack_team,
 )

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mavherd.gcs.report.truth import TruthError, TruthTail, read_truth
+from mavherd.gcs.report.truth import TruthError, TruthTail, read_truth, to_places
 from mavherd.transport.frames import quaternion_from_euler, quaternion_to_enu, yaw_of
-from mavherd.vehicles.truth import POSE_COLUMNS
+from mavherd.vehicles.truth import POSE_COLUMNS, PlaceLog, TruthLog
 
 
 def climb_north_east(t):
@@ -102,3 +102,24 @@ def append(path, data):
 def test_a_tail_that_comes_late_finds_the_finished_log(log):
     with TruthTail(log) as tail:
         assert len(tail.read()) == 101
+
+
+@pytest.mark.parametrize("kind", ["quadcopter", "rover"])
+def test_places_kept_in_memory_are_those_of_the_log(tmp_path, desk, kind):
+    robot = desk(kind, system_id=7, name="seven", north=3.0, east=-1.0, yaw=0.5)
+    vehicle = robot.vehicle
+    log, kept = TruthLog(tmp_path, vehicle.config, vehicle.robot), PlaceLog()
+    robot.fly()
+    target = robot.target(0b0000_1111_1111_1000, x=5.0, y=2.0, z=-2.0)
+    for _ in range(100):
+        robot.stream(target, 0.01, every=0.01)
+        for each in (log, kept):
+            each.write(robot.now, vehicle.robot)
+    log.close()
+    track, places = read_truth(tmp_path / "truth.bin"), to_places(vehicle.config, kept.rows)
+    assert np.ptp(places.position, axis=0).max() > 0.1  # it moves
+    assert places.position.tobytes() == track.position.tobytes()
+    assert places.time.tobytes() == track.time.tobytes()
+    for name in ("name", "kind", "system_id", "source"):
+        assert getattr(places, name) == getattr(track, name)
+    assert len(places) == 100

@@ -44,6 +44,25 @@ def test_a_speed_makes_each_tick_wait_for_its_turn():
     assert c.due == pytest.approx(100.125)
 
 
+def test_ticks_that_are_overdue_may_be_done_at_once():
+    c = control(2.0)
+    assert [c.allowed(wall) for wall in (100.0, 100.024, 100.026, 100.051)] == [1, 1, 2, 3]
+    c.ticked(3 * PERIOD, 100.051, ticks=3)
+    assert c.due == pytest.approx(100.075)
+    assert c.allowed(999.0) == 21  # not more than for half a second
+    assert control().allowed(100.0) > 1000
+
+
+def test_steps_may_be_done_at_once_where_no_speed_holds_them_back():
+    c = control(paused=True)
+    c.order("step 20", 100.0)
+    assert c.allowed(100.0) == 20
+    c.ticked(15 * PERIOD, 100.0, ticks=15)
+    assert c.allowed(100.0) == 5
+    c.order("speed 1", 100.0)
+    assert c.allowed(999.0) == 1
+
+
 def test_a_run_can_begin_paused_and_go_on():
     c = control(paused=True)
     assert c.standing
@@ -148,6 +167,13 @@ def test_ticks_are_late_only_at_the_speed_that_was_asked_for():
     c.order("speed max", 101.0)
     c.ticked(1.0, 109.0)
     assert c.late == late
+
+
+def test_a_tick_is_late_once_however_late_it_is():
+    c = control(1.0)
+    c.ticked(PERIOD, 200.0)
+    assert c.late == 1
+    assert c.due == 200.0  # no race to catch up
 
 
 @pytest.mark.parametrize(

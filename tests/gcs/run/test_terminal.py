@@ -1,7 +1,9 @@
 """The terminal shows each robot, the worst of many, and a verdict; nothing reaches stdout."""
 
 from io import StringIO
+from math import dist
 from pathlib import Path
+from random import Random
 
 import pytest
 from rich.console import Console
@@ -13,8 +15,6 @@ from mavherd.gcs.report.report import RunFacts, build_report
 from mavherd.gcs.report.summary import summary_table
 from mavherd.gcs.run import live_view
 from mavherd.gcs.run.live_view import LiveView
-from mavherd.gcs.run.ports import PortPlan
-from mavherd.gcs.run.ports_table import ports_table
 from mavherd.gcs.run.team_text import WORST_ROWS, Scene, nearest, phases
 from mavherd.gcs.run.terminal import RunView
 from mavherd.scenarios.schema import Expect, Goto, Point, RobotSpec, Scenario
@@ -141,6 +141,16 @@ def test_nearest_is_mutual_and_in_space():
     assert nearest([state("a")]) == {}
 
 
+@pytest.mark.parametrize("shape", [(20.0, 20.0, 3.0), (0.0, 50.0, 0.0), (50.0, 0.0, 9.0)])
+def test_nearest_of_many_is_as_if_all_were_compared(shape):
+    draw = Random(5)
+    team = [state(f"r{i}", tuple(draw.uniform(0, s) for s in shape)) for i in range(60)]
+    for name, (apart, other) in nearest(team).items():
+        (me,) = (s for s in team if s.name == name)
+        all_others = [(dist(me.position, s.position), s.name) for s in team if s is not me]
+        assert (apart, other) == min(all_others)
+
+
 def test_phases_are_counted_in_the_order_of_a_mission():
     team = [state("a", phase=Phase.DONE), state("b"), state("c", phase=Phase.DONE)]
     assert phases(team) == "1 active, 2 done"
@@ -192,50 +202,6 @@ def test_the_run_view_measures_the_way_to_go_and_keeps_the_last_event(scenario, 
     assert "r1: active" in text
 
 
-def printed(ports):
-    out = console(terminal=False)
-    out.print(ports_table(ports))
-    return [line.split() for line in out.file.getvalue().splitlines()]
-
-
-def test_the_ports_of_a_hundred_vehicles_become_ranges():
-    plan = PortPlan()
-    ports = {}
-    for i in range(100):
-        name = f"quad{i + 1}" if i < 50 else f"rover{i - 49}"
-        udp = [f"{host}:{port}" for host, port in plan.udp_targets(i)]
-        tcp = f"127.0.0.1:{5760 + 10 * i}"
-        ports[name] = {"system_id": i + 1, "udp": udp, "tcp": tcp}
-    _, quads, rovers, note = printed({**ports, "zenoh": "tcp/127.0.0.1:1"})
-    assert quads == [
-        *("quad1..quad50", "1..50"),
-        *("127.0.0.1:14550,", "14540..14590", "127.0.0.1:5760..6250"),
-    ]
-    assert rovers[:2] == ["rover1..rover50", "51..100"]
-    assert rovers[-1] == "127.0.0.1:6260..6750"
-    assert note[-1] == "ports.json"
-
-
-def test_what_does_not_count_up_is_no_range():
-    def vehicle(system_id, **other):
-        return {"system_id": system_id, "udp": [], "tcp": f"127.0.0.1:{5750 + system_id}", **other}
-
-    ports = {
-        **{f"a{i}": vehicle(i) for i in (1, 2, 4)},  # a number is missing
-        "lead": vehicle(5),
-        "b1": vehicle(6, connect="udpin:0.0.0.0:14600"),
-        "b2": vehicle(7),
-        **{f"c{i}": vehicle(i + (i > 9)) for i in (8, 9, 10, 11)},  # an id is missing
-        **{f"d{i}": vehicle(i) for i in range(20, 40, 2)},
-    }
-    lines = printed(ports)[1:]
-    assert [line[0] for line in lines[:-1]] == [
-        *("a1..a2", "a4", "lead", "b1", "b2", "c8..c9", "c10..c11", "d20")
-    ]
-    assert lines[0] == ["a1..a2", "1..2", "-", "127.0.0.1:5751..5752"]
-    assert " ".join(lines[-1]) == "and 9 more; each vehicle's own: ports.json"
-
-
 def summary(scenario, tracks, **changes):
     verdict = judge(scenario, scenario.robots, tracks, 0.0, 20.0)
     values = {"run_id": "pair-1", "seed": 3, "law": "safe", "lockstep": True, "speed": None}
@@ -285,14 +251,3 @@ def test_what_external_vehicles_make_a_user_wait_for_is_printed_at_once():
         "quad1: link silent",
         "quad1: is brought to hold, then land",
     ]
-
-
-def test_an_external_vehicle_is_listed_by_its_address():
-    ports = {
-        "quad1": {"system_id": 1, "connect": "tcp:127.0.0.1:5760", "udp": [], "tcp": None},
-        "rover1": {"system_id": 2, "udp": ["127.0.0.1:14550"], "tcp": None},
-    }
-    out = console(terminal=False, width=100)
-    out.print(ports_table(ports))
-    (line,) = (row for row in out.file.getvalue().splitlines() if "quad1" in row)
-    assert line.split() == ["quad1", "1", "external", "tcp:127.0.0.1:5760"]

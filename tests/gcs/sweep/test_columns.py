@@ -28,7 +28,7 @@ def test_a_row_is_made_of_the_report_and_fits_the_columns(planned):
     assert row["last_arrival_s"] == max(arrivals.values())
     assert row["arrived"] == 2
     assert row["min_separation_rover_rover_m"] == report["min_separation_m"]
-    assert (row["passed"], row["collisions"]) == (True, 0)
+    assert (row["passed"], row["assertions_failed"], row["collisions"]) == (True, None, 0)
     assert row["digest"] == report["digest"]
 
 
@@ -38,6 +38,13 @@ def test_a_robot_that_did_not_arrive_leaves_no_last_arrival(planned):
     row = result_row(scenario, report)
     assert (row["exit_code"], row["all_arrived"], row["last_arrival_s"]) == (4, False, None)
     assert "timed out" in row["error"]
+
+
+def test_assertions_that_failed_are_named(planned):
+    _, (scenario,) = planned(sets=("expect={min_separation_m: 9, all_arrive_within_s: 0.5}",))
+    row = result_row(scenario, simulate(scenario).report)
+    assert row["assertions_failed"] == "all_arrive_within_s, min_separation_m"
+    assert (row["passed"], row["exit_code"]) == (False, 1)
 
 
 def test_a_run_without_a_verdict_is_its_error(planned):

@@ -1,6 +1,8 @@
 """`mavherd sweep` on the command line: what is refused before anything runs, and how it ends."""
 
+import argparse
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,9 @@ import pytest
 from mavherd.gcs.cli import main
 from mavherd.gcs.commands import sweep as sweep_command
 from mavherd.gcs.sweep import folder as folders
+from mavherd.gcs.sweep.columns import columns
+
+PAGE = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture
@@ -161,3 +166,26 @@ def test_a_sweep_of_another_version_is_not_gone_on_with(here, dash, capsys):
     plan.write_text(json.dumps(tree | {"version": "0.0.1"}))
     assert sweep("--resume", "out") == 2
     assert "begun by mavherd 0.0.1" in capsys.readouterr().err
+
+
+def test_the_pages_script_reads_a_table(here, dash, capsys):
+    assert sweep(dash, "--set", "team.law=paper,safe", "--out", "sweeps/crossing") == 0
+    (script,) = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    exec(script, {})
+    assert "collisions_sum" in capsys.readouterr().out
+
+
+def test_the_page_tells_every_option_and_no_other():
+    parser = argparse.ArgumentParser(add_help=False)
+    sweep_command.add_options(parser)
+    known = {word for action in parser._actions for word in action.option_strings}
+    assert set(re.findall(r"^\| `(--[a-z]+)`", PAGE, re.MULTILINE)) == known
+
+
+def test_the_page_names_every_column_and_file(dash, planned):
+    plan, points = planned()
+    for column in columns(plan, points):
+        name = re.sub(r"_r[12]_", "_<robot>_", column.name)
+        assert f"`{name}`" in PAGE or "rover_rover" in name, name
+    for name in ("PLAN", "SCENARIO", "STREAM", "TABLE", "SUMMARY"):
+        assert f"`{getattr(folders, name)}`" in PAGE

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import signal
 from dataclasses import replace
 
@@ -196,6 +197,13 @@ def test_another_engine_can_stand_where_the_pool_does(sweep, view):
     s.conduct(lambda: engine, view, never)
     assert engine.stopped
     assert table_of(s)["run"].to_pylist() == list(range(5))
+
+
+def test_a_task_can_be_sent_elsewhere(sweep):
+    s = sweep(seeds=(3,), law=("off", "safe"))
+    task = SweepTask(s.points, s.plan.mode, s.folder)
+    there = pickle.loads(pickle.dumps(task))
+    assert there(s.plan.job(1))["digest"] == task(s.plan.job(1))["digest"]
 
 
 def test_the_conclusion_is_written_and_can_be_written_again(sweep, view):

@@ -75,6 +75,13 @@ def test_numbers_make_lines_over_their_axis(drawn):
     assert list(lines["law off"].get_ydata()) == [7 / 8, 6 / 8, 4 / 8]
 
 
+def test_the_contact_distance_is_marked_where_it_matters(drawn):
+    near = drawn(lambda *_: ROW)["distributions"].axes[0]
+    far = drawn(lambda *_: ROW | {"min_separation_rover_rover_m": 9.0})["distributions"].axes[0]
+    assert [line.get_xdata()[0] for line in near.lines if line.get_linestyle() == "--"] == [0.79]
+    assert not [line for line in far.lines if line.get_linestyle() == "--"]
+
+
 def test_nothing_measured_leaves_one_picture(drawn):
     made = drawn(lambda *_: {"passed": False, "exit_code": 3, "error": "x"}, law=("off", "safe"))
     assert set(made) == {"rates"}

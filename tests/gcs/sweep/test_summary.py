@@ -33,6 +33,7 @@ LATE = GOOD | {
     "all_arrived": False,
     "last_arrival_s": None,
 }
+FAR = GOOD | {"passed": False, "exit_code": 1, "assertions_failed": "tracking_rmse_m.r1"}
 CRASHED = {"passed": False, "exit_code": 3, "error": "ValueError: x"}
 
 
@@ -75,14 +76,15 @@ def test_what_nobody_measured_has_no_median(summary):
 
 def test_the_worst_runs_are_collisions_first_in_turn_of_the_grid_points(summary):
     s = summary(
-        [HIT, HIT | {"collisions": 5}, LATE, GOOD],
-        [GOOD, HIT | {"collisions": 1}, GOOD, GOOD | {"min_separation_m": 0.9}],
+        [HIT, HIT | {"collisions": 5}, LATE, GOOD, GOOD],
+        [GOOD, HIT | {"collisions": 1}, GOOD, GOOD | {"min_separation_m": 0.9}, FAR],
     )
     looks = s.as_json("dash.yaml")["worst"]
     assert [(x["set"]["team.law"], x["seed"], x["why"]) for x in looks] == [
         ("off", 1, "5 collisions"),
         ("safe", 1, "1 collision"),
         ("off", 0, "2 collisions"),
+        ("safe", 4, "failed: tracking_rmse_m.r1"),
         ("off", 2, "timed out"),
         ("safe", 3, "nearest of those that passed, 0.900 m"),
     ]

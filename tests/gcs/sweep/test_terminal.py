@@ -29,9 +29,11 @@ def test_where_there_is_no_terminal_a_line_now_and_then_says_how_far_it_is(monke
             clock[0] += 1.01
             view.ended([OVER, HIT])
             view.refresh()
+        view.finished()
     assert out.getvalue().splitlines() == [
         "10 of 400 runs are done already",
         "30 of 400 runs, 2 a second, 0:03:07 left, 10 collided",
+        "20 runs in 10.1 s, 1.98 a second",
     ]
 
 

@@ -11,7 +11,7 @@ from mavherd.transport.bus import Bus
 from mavherd.transport.channel import Channel, ChannelClosed
 from mavherd.transport.links import socket_pair_udp
 from mavherd.transport.wire import Phase, VehicleState, pack_state, unpack_state
-from mavherd.vehicles.process import DONE, GRANT
+from mavherd.vehicles.grants import DONE, GRANT
 
 PAIR = """
 name: pair

@@ -1,26 +1,26 @@
 """SET_ATTITUDE_TARGET means what ArduPilot, PX4 and the rover say it means (mavlink.md A3)."""
 
 from contextlib import suppress
+from functools import cache
 from math import cos, inf, nan, pi, sin
-from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mavherd.transport.mavlink import Codec, mav
+from mavherd.vehicles.config import VehicleConfig
 from mavherd.vehicles.flight.attitude_target import AttitudeTarget, parse_attitude
-from mavherd.vehicles.flight.personality import PERSONALITIES
+from mavherd.vehicles.flight.autopilot import Autopilot
 from mavherd.vehicles.flight.position_target import IllegalTarget
-from mavherd.vehicles.flight.settings import Settings
-from mavherd.vehicles.robot import AttitudeSetpoint, Limits
+from mavherd.vehicles.robot import AttitudeSetpoint
+from mavherd.vehicles.vehicle import Vehicle
 
 NO_RATES = 0x07
 NO_THRUST = 0x40
 NO_ATTITUDE = 0x80
 THRUST_BODY = 0x20
 LEVEL = (1.0, 0.0, 0.0, 0.0)
-LIMITS = Limits(speed=10.0, turn=2.0, climb=2.5, descent=1.5, tilt=0.5, hover_thrust=0.49)
 
 
 def quaternion(roll=0.0, pitch=0.0, yaw=0.0):
@@ -40,13 +40,14 @@ def message(mask, q=LEVEL, rates=(0.0, 0.0, 0.0), thrust=0.5):
     return received
 
 
+@cache
+def autopilot_of(kind, personality) -> Autopilot:
+    return Vehicle(VehicleConfig(kind=kind, system_id=1, autopilot=personality)).autopilot
+
+
 def parse(m, kind="quadcopter", personality="ardupilot", guided_options=0) -> AttitudeSetpoint:
-    autopilot = SimpleNamespace(
-        config=SimpleNamespace(kind=kind),
-        personality=PERSONALITIES[personality],
-        settings=Settings(guided_options=guided_options),
-        robot=SimpleNamespace(limits=LIMITS),
-    )
+    autopilot = autopilot_of(kind, personality)
+    autopilot.settings.guided_options = guided_options
     target = parse_attitude(m, autopilot)
     assert isinstance(target, AttitudeTarget)
     assert target.type_mask == m.type_mask

@@ -1,14 +1,11 @@
 """MANUAL_CONTROL and RC overrides become channels and sticks, from the right station only."""
 
-from types import SimpleNamespace
-
 import pytest
 
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.vehicles.config import VehicleConfig
-from mavherd.vehicles.flight.personality import PERSONALITIES
-from mavherd.vehicles.flight.settings import Settings
 from mavherd.vehicles.flight.sticks import PilotInput, Sticks
+from mavherd.vehicles.vehicle import Vehicle
 
 NOT_GIVEN = 0x7FFF
 IGNORE = 0xFFFF
@@ -18,13 +15,9 @@ class Radio:
     """A pilot's input and the clock of the autopilot that reads it."""
 
     def __init__(self, kind="quadcopter", personality="ardupilot"):
-        self.autopilot = SimpleNamespace(
-            config=VehicleConfig(kind=kind, system_id=7),
-            flies=kind == "quadcopter",
-            personality=PERSONALITIES[personality],
-            settings=Settings(),
-            now=10.0,
-        )
+        config = VehicleConfig(kind=kind, system_id=7, autopilot=personality)
+        self.autopilot = Vehicle(config).autopilot
+        self.autopilot.now = 10.0
         self.input = PilotInput(self.autopilot)
 
     def send(self, m, station=255):

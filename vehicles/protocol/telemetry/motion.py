@@ -7,14 +7,15 @@ from .actuators import throttle
 from .view import View, euler, to_body
 
 _UNKNOWN = [float("nan")] * 21  # NaN first: no covariance
+_Attitude = mav.MAVLink_attitude_message  # looked up once: these two are sent most
+_LocalPosition = mav.MAVLink_local_position_ned_message
 
 
 def attitude(v: View) -> Message:
     """Make ATTITUDE."""
     k = v.k
-    message: Message = mav.MAVLink_attitude_message(
-        v.boot_ms, *euler(k), k.roll_rate, k.pitch_rate, k.yaw_rate
-    )
+    roll, pitch, yaw = euler(k)
+    message: Message = _Attitude(v.boot_ms, roll, pitch, yaw, k.roll_rate, k.pitch_rate, k.yaw_rate)
     return message
 
 
@@ -29,7 +30,8 @@ def attitude_quaternion(v: View) -> Message:
 
 def local_position_ned(v: View) -> Message:
     """Make LOCAL_POSITION_NED."""
-    message: Message = mav.MAVLink_local_position_ned_message(v.boot_ms, *v.k[:6])
+    north, east, down, v_north, v_east, v_down = v.k[:6]
+    message: Message = _LocalPosition(v.boot_ms, north, east, down, v_north, v_east, v_down)
     return message
 
 

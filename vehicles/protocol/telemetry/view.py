@@ -70,7 +70,7 @@ class Row:
 
 def euler(k: Kinematics) -> Euler:
     """Return the attitude as angles."""
-    w, x, y, z = k.qw, k.qx, k.qy, k.qz
+    w, x, y, z = k[6:10]
     sin_pitch = 2 * (w * y - z * x)
     pitch = asin(sin_pitch) if abs(sin_pitch) < 1 else (pi / 2 if sin_pitch > 0 else -pi / 2)
     return Euler(
