@@ -27,6 +27,15 @@ from tables import Table
 
 PAGE = Path(__file__).parent.parent / "docs" / "determinism.md"
 CORES = sorted(os.sched_getaffinity(0))
+CASES = (  # beside the one that is flown in every way: other laws, flight stacks, paths, gusts
+    ("crossing-targets", "team.law=paper", "duration=12"),
+    ("crossing-targets", "team.law=off", "disturbance=white", "duration=12"),
+    ("crossing-targets", "team.autopilot=px4", "disturbance=held", "duration=12"),
+    ("circle-traffic", "disturbance=held", "duration=12"),
+    ("tracking", "team.autopilot=generic", "duration=12"),
+    ("one-quad", "robots.quad1.profile=paper"),
+    ("one-rover",),
+)
 _PORTS = tuple(word for name in ("--gcs-udp", "--api-udp", "--tcp") for word in (name, "0"))
 _STAY = "import os, sys; os.sched_setaffinity(0, [{}]); os.execv(sys.argv[1], sys.argv[1:])"
 
@@ -62,6 +71,14 @@ def ways(repeats: int, pythons: Sequence[str]) -> Iterator[Way]:
         yield Way(version.partition(", Linux")[0], python=python)
 
 
+def short_ways(pythons: Sequence[str], sets: Sequence[str]) -> Iterator[Way]:
+    """Yield the ways in which each of the further cases is flown."""
+    options = tuple(word for text in sets for word in ("--set", text))
+    yield Way("", options=options)
+    for python in (sys.executable, *pythons):
+        yield Way("", options=("--in-process", *options), python=python)
+
+
 def fly(scenario: str, way: Way, folder: Path) -> Path:
     """Run it once; return the run folder."""
     command = [*way.prefix, way.python, "-m", "mavherd", "run", scenario, "--no-record"]
@@ -81,7 +98,7 @@ def prove(scenario: str, todo: Iterator[Way], folder: Path) -> tuple[list[tuple[
     first: Path | None = None
     difference = ""
     for number, way in enumerate(todo):
-        print(f"{scenario}: {way.text} ...", file=sys.stderr, flush=True)
+        print(f"{scenario}: {way.text or way.python} ...", file=sys.stderr, flush=True)
         digests = []
         for repeat in range(way.runs):
             with _load(way.loaded):
@@ -94,6 +111,19 @@ def prove(scenario: str, todo: Iterator[Way], folder: Path) -> tuple[list[tuple[
         shown = ", ".join(sorted({digest[:16] for digest in digests}))
         same = all(digest == _digest(first) for digest in digests) if first else False
         rows.append((way.text, str(way.runs), shown, "yes" if same else "NO"))
+    return rows, difference
+
+
+def prove_cases(pythons: Sequence[str], folder: Path) -> tuple[list[tuple[str, ...]], str]:
+    """Fly the further cases; return a row for each, and where the first that differs does so."""
+    rows: list[tuple[str, ...]] = []
+    difference = ""
+    for number, (name, *sets) in enumerate(CASES):
+        flown, told = prove(name, short_ways(pythons, sets), folder / f"case{number}")
+        shown = ", ".join(sorted({row[2] for row in flown}))
+        equal = "yes" if all(row[-1] == "yes" for row in flown) else "NO"
+        rows.append((" ".join((name, *sets)), str(len(flown)), shown, equal))
+        difference = difference or told
     return rows, difference
 
 
@@ -125,11 +155,16 @@ def main() -> int:
             more, other = prove(scenario, todo, folder / "field")
             parts.append(Table(f"{args.field} vehicles", heads, more).markdown())
             rows, difference = rows + more, difference or other
+        cases, other = prove_cases(args.pythons, folder)
+        note = "As processes, in one process, and in one process of each other Python."
+        heads = "scenario", *heads[1:]
+        parts.append(Table("Other laws, stacks, paths and gusts", heads, cases, note).markdown())
+        difference = difference or other
     told = "\n".join(parts)
     print(told + difference)
     if args.write:
         page.write(PAGE, "proof", told)
-    return 1 if any(row[-1] != "yes" for row in rows) else 0
+    return 1 if any(row[-1] != "yes" for row in (*rows, *cases)) else 0
 
 
 def _digest(run: Path) -> str:

@@ -31,7 +31,7 @@ SANS_IO = (
     *(f"transport/{name}" for name in ("mavlink", "dialect", "form", "extra_messages", "frames", "wire")),
     *(f"gcs/team/{name}" for name in ("mission", "starter", "coordinator", "member")),
     *(f"gcs/team/{name}" for name in ("setpoints", "fence")),
-    *(f"vehicles/{name}" for name in ("vehicle", "routing", "attention")),
+    *(f"vehicles/{name}" for name in ("vehicle", "lockstep", "routing", "attention")),
 )
 SANS_IO_FOLDERS = (
     *(f"vehicles/{name}" for name in ("flight", "missions", "parameters", "protocol")),

@@ -95,7 +95,7 @@ def _assign(name: str, value: str, type_: str) -> str:
     return f"_m.{name} = {value}"
 
 
-def _text(raw: bytes) -> str:
+def _text(raw: Any) -> Any:
     return raw.split(b"\0", 1)[0].decode("ascii", errors="replace")
 
 

@@ -20,6 +20,7 @@ _MAX_PORT = 65535
 _READ = 2048  # bytes that one TCP peer may have us read at a time
 _MAX_UNSENT = 1 << 18  # bytes a TCP peer may leave unread before it is dropped
 _RECEIVE_BUFFER = 1 << 20
+_LEAST_BUFFER = 1 << 17  # what a tick may bring, and the kernel's own part of it
 
 
 class Link(Protocol):
@@ -298,6 +299,8 @@ def socket_pair_udp() -> tuple[socket.socket, socket.socket]:
         sock.bind(("127.0.0.1", 0))
         sock.setblocking(True)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+        if (size := sock.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)) < _LEAST_BUFFER:
+            raise LinkError(f"UDP buffers end at {size} bytes (raise net.core.rmem_max)")
     a.connect(b.getsockname())
     b.connect(a.getsockname())
     return a, b

@@ -28,7 +28,7 @@ from .rehearsal import rehearse
 from .truth import TruthLog
 from .vehicle import Vehicle
 
-_LITTER = 16  # vehicles that are born together: each carries the others' making in its memory
+_LITTER = 8  # vehicles that are born together: each carries the others' making in its memory
 _GRACE_S = 0.5  # for vehicles to end by themselves after end-of-file
 
 
@@ -64,8 +64,10 @@ def main(fd: int) -> None:
                     log_to(request["log"])
                 elif "fork" not in request:
                     unborn.append(_made(request, channel.fds))
-                while unborn and ("fork" in request or len(unborn) >= _LITTER):
-                    children.add(_fork(unborn.pop(0), unborn, channel))
+                if "fork" in request or len(unborn) >= _LITTER:
+                    last = max((each for it in unborn for each in it.fds), default=0)
+                    while unborn:
+                        children.add(_fork(unborn.pop(0), last, channel))
     _end(children)
 
 
@@ -86,24 +88,28 @@ def _made(request: dict[str, Any], fds: list[int]) -> Unborn:
     return Unborn(vehicle, request, own)
 
 
-def _fork(it: Unborn, others: list[Unborn], channel: Channel) -> int:
-    """Have a vehicle born and tell of it; return its pid."""
+def _fork(it: Unborn, last: int, channel: Channel) -> int:
+    """Have a vehicle born and tell of it; return its pid. No file above `last` is open."""
     pid = os.fork()
     if pid == 0:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        channel.close()
-        for other in others:
-            _close(other.fds)
+        channel.socket.detach()
+        _close_all_but(it.fds, last)
         _become(it)
-    _close(it.fds)
+    for fd in it.fds:
+        os.close(fd)
     _tell(channel, {"pid": pid})
     return pid
 
 
-def _close(fds: list[int]) -> None:
-    for fd in fds:
-        os.close(fd)
+def _close_all_but(own: list[int], last: int) -> None:
+    """Close the nursery's and the siblings' files without a look at what the siblings are."""
+    first = 3
+    for fd in sorted(own):
+        os.closerange(first, fd)
+        first = fd + 1
+    os.closerange(first, last + 1)
 
 
 def _report_exits(channel: Channel, children: set[int]) -> None:

@@ -94,7 +94,7 @@ class Approach:
         if my_age > timeout:
             return None
         x, y, z = x + v_x * my_age, y + v_y * my_age, z + v_z * my_age
-        own_lag = min(max(delay, 0.0), timeout)
+        own_lag = min(delay, timeout) if delay > 0.0 else 0.0
         rover = my_kind == "rover"
         my_radius = self.r_rover if rover else self.r_quad
         my_kappa = self.kappa_rover if rover else self.kappa_quad

@@ -25,15 +25,24 @@ PERIOD_PER_ROBOT_S = 0.02
 QUEUE = 1 << 16  # samples between two batches; a run may go much faster than real time
 
 
+class Inbox:
+    """What has come over Zenoh and is not recorded yet; from its making on nothing is missed."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.team = bus.queue("team", QUEUE)
+        self.targets = bus.queue("vehicle/*/target", QUEUE)
+        self.events = bus.queue("events", QUEUE)
+
+
 class Recorder:
     """Moves what has arrived since the last batch into the scene."""
 
-    def __init__(self, folder: Path, robots: list[RecordedRobot], bus: Bus, scene: Scene) -> None:
+    def __init__(
+        self, folder: Path, robots: list[RecordedRobot], inbox: Inbox, scene: Scene
+    ) -> None:
         self._scene = scene
         self._tails = [TruthTail(folder / "vehicles" / r.name / "truth.bin") for r in robots]
-        self._team = bus.queue("team", QUEUE)
-        self._targets = bus.queue("vehicle/*/target", QUEUE)
-        self._events = bus.queue("events", QUEUE)
+        self._inbox = inbox
         self._bad: set[str] = set()
 
     def batch(self) -> bool:
@@ -44,9 +53,9 @@ class Recorder:
             if track is not None and len(track):
                 self._scene.add_truth(track)
                 moved = True
-        self._drain(self._team, lambda data: self._scene.add_states(unpack_team(data)[1]))
-        self._drain(self._targets, lambda data: self._scene.add_target(unpack_target(data)))
-        self._drain(self._events, lambda data: self._scene.add_event(*_unpack_event(data)))
+        self._drain(self._inbox.team, lambda data: self._scene.add_states(unpack_team(data)[1]))
+        self._drain(self._inbox.targets, lambda data: self._scene.add_target(unpack_target(data)))
+        self._drain(self._inbox.events, lambda data: self._scene.add_event(*_unpack_event(data)))
         self._scene.flush()
         return moved
 
@@ -82,9 +91,9 @@ def record(folder: Path, endpoint: str, run_id: str) -> None:
     robots = read_robots(folder)
     part = folder / "run.rrd.part"
     with Bus.client(endpoint, run_id) as bus:
-        scene = Scene(part, run_id, robots)
-        recorder = Recorder(folder, robots, bus, scene)
-        print("ready", flush=True)
+        inbox = Inbox(bus)
+        print("ready", flush=True)  # Rerun takes longer to import than the others to start
+        recorder = Recorder(folder, robots, inbox, Scene(part, run_id, robots))
         period = max(PERIOD_S, PERIOD_PER_ROBOT_S * len(robots))
         while not _stdin_ended(period):
             recorder.batch()

@@ -18,7 +18,6 @@ from .interrupted import Interrupted
 
 READY_S = 20.0  # for a process to come up on a slow machine
 _END_S = 2.0  # for a process to end by itself before it is killed
-_HURRY_S = 0.7  # the same, after an interrupt
 _DEAD = "the process that starts the vehicles has died"
 _SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
 
@@ -167,10 +166,10 @@ class Recorder:
         self._is_up = bool(ready and stdout.readline().strip() == b"ready")
         return self._is_up
 
-    def close(self, timeout: float, interrupted: Callable[[], bool]) -> bool:
+    def close(self, timeout: float, interrupted: Callable[[], bool], hurry: float) -> bool:
         """Have it finish the recording; return whether it did.
 
-        An interrupt leaves it a second, and none when it was not up yet.
+        An interrupt leaves it `hurry` seconds, and none when it was not up yet.
         """
         if self._child.process.stdin:
             with suppress(OSError):
@@ -179,7 +178,7 @@ class Recorder:
         while not interrupted() and time.monotonic() < deadline:
             if self._child.wait(_SLICE_S) is not None:
                 break
-        code = self._child.end(_HURRY_S if interrupted() and self._is_up else 0.0)
+        code = self._child.end(hurry if interrupted() and self._is_up else 0.0)
         if self._child.process.stdout:
             self._child.process.stdout.close()
         return code == 0

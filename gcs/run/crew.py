@@ -22,6 +22,7 @@ from .parting import END_S, Note, came_up, half_close, hear_out, left, part
 from .ports import LOOPBACK, PortPlan
 
 _RECORDER_END_S = 20.0
+_RECORDER_HURRY_S = 1.5  # after an interrupt, for all to end and the recording to be finished
 
 
 class Crew:
@@ -206,6 +207,7 @@ class Crew:
         for `note`; they are cut short when the user `insists`. Who has not come up yet has
         nothing to finish, and may be in the midst of its imports: it is killed.
         """
+        begun = time.monotonic()
         for coordinator, child in zip(self.coordinators, self._children, strict=False):
             if hurry and not came_up(coordinator):
                 child.kill()
@@ -226,7 +228,8 @@ class Crew:
             vehicle.control.close()
         if self._nursery:
             self._nursery.close(at_once=at_once)
-        if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted):
+        hurried = max(_RECORDER_HURRY_S / 2, begun + _RECORDER_HURRY_S - time.monotonic())
+        if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted, hurried):
             self.partial = True
 
     def release(self) -> None:

@@ -65,7 +65,8 @@ class InProcessRun:
 
     def stop(self, *, hurry: bool, insists: Callable[[], bool] = lambda: False) -> None:
         """Finish the logs; that takes no time, so there is nothing to hurry."""
-        self.wall_s = self.wall_s or time.monotonic() - self.started
+        if self.clock and not self.wall_s:
+            self.wall_s = time.monotonic() - self.started
         self._stack.close()
 
     def conclude(self, exit_code: int, error: str | None) -> Outcome:

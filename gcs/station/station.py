@@ -176,8 +176,7 @@ class Station:
         s = self.status
         x, y, z = local
         vx, vy, vz = velocity
-        finite = isfinite(x) and isfinite(y) and isfinite(z)
-        if not (finite and isfinite(vx) and isfinite(vy) and isfinite(vz)):
+        if not isfinite(x + y + z + vx + vy + vz):  # single floats: their sum cannot overflow
             return  # an estimator in trouble: the age of the last position tells
         if self._outside:
             alignment = self._outside.alignment

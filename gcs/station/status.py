@@ -129,7 +129,8 @@ class VehicleStatus:
         if boot_s < self.boot_s - _REORDERED_S:
             self.boots += 1
             self.boot_s = boot_s
-        self.boot_s = max(self.boot_s, boot_s)
+        elif boot_s > self.boot_s:
+            self.boot_s = boot_s
 
     def _on_text(self, m: Message, now: float) -> Text | None:
         """Join the chunks of a long text; PX4 ends its own with a tab.

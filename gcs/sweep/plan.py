@@ -93,7 +93,7 @@ def load_points(
     plan: Plan, source: str | Path, told: Callable[[int], None] = lambda done: None
 ) -> tuple[Scenario, ...]:
     """Return the scenario of every grid point; raise MavherdError for the first that cannot run."""
-    points: dict[str, Scenario] = {}
+    points: dict[bytes, Scenario] = {}
     for point in range(plan.points):
         scenario = load_scenario(source, plan.overrides(point), plan.seeds[0])
         check_laws(scenario)
@@ -102,19 +102,23 @@ def load_points(
                 f"{scenario.name}: {others}: external vehicles follow a clock of their own and"
                 " cannot be swept (leave out `connect`)"
             )
-        if repr(scenario) in points:
+        if (digest := _digest(scenario)) in points:
             said = ", ".join(f"{key}={value}" for key, value in plan.settings(point).items())
             raise MavherdError(
                 f"--set: {said} is the same scenario as another grid point (leave one out)"
             )
-        points[repr(scenario)] = scenario
+        points[digest] = scenario
         told(point + 1)
     return tuple(points.values())
 
 
 def fingerprint(points: Sequence[Scenario]) -> str:
     """Return a digest that is another one when any grid point is."""
-    return hashlib.sha256("\n".join(map(repr, points)).encode()).hexdigest()
+    return hashlib.sha256(b"".join(map(_digest, points))).hexdigest()
+
+
+def _digest(scenario: Scenario) -> bytes:
+    return hashlib.sha256(repr(scenario).encode()).digest()
 
 
 def plan_to_json(plan: Plan, points: Sequence[Scenario]) -> str:

@@ -78,24 +78,22 @@ class Sweep:
         Raise SweepInterruptedError as soon as `interrupted` says so; the folder can be resumed
         then, and after anything else that ends this process.
         """
-        if (self.folder / TABLE).exists():
-            return
+        table = self.folder / TABLE
         try:
             with ResultStream(self.folder / STREAM, columns(self.plan, self.points)) as stream:
-                if stream.cut:
-                    view.note(f"{stream.cut} bytes of a row that was being written are cut off")
-                view.begun(len(stream.done), self.plan.runs)
-                if len(stream.done) < self.plan.runs:
-                    self._run(stream, engine(), view, interrupted)
-                write_parquet(self.folder / TABLE, stream.table())
+                if not table.exists():  # asked while nobody else can write it
+                    if stream.cut:
+                        view.note(f"{stream.cut} bytes of a row that was being written are cut off")
+                    view.begun(len(stream.done), self.plan.runs)
+                    if len(stream.done) < self.plan.runs:
+                        self._run(stream, engine(), view, interrupted)
+                    write_parquet(table, stream.table())
                 stream.path.unlink()
         except OSError as error:
             raise MavherdError(
                 f"{os_reason(error)}: the results cannot be written"
                 f" (mend that, and go on with: mavherd sweep --resume {self.folder})"
             ) from None
-        finally:
-            rmtree(self.folder / SCRATCH, ignore_errors=True)
 
     def _run(
         self,
@@ -130,6 +128,7 @@ class Sweep:
                 view.refresh()
         finally:
             engine.stop()
+            rmtree(self.folder / SCRATCH, ignore_errors=True)
 
     def conclude(self, note: Callable[[str], None]) -> tuple[Summary, dict[str, Any]]:
         """Write summary and figures of a complete sweep; return what the summary says."""

@@ -4,6 +4,7 @@ A grant says how many datagrams were sent to its receiver in the tick before, an
 many the vehicle has sent, so that nothing is in flight across a tick.
 """
 
+import select
 import socket
 import time
 from base64 import b64encode
@@ -12,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ...transport.errors import VehicleError
-from ...transport.links import patience
 from ...vehicles.grants import DONE, GRANT, LIVENESS_S
 
 if TYPE_CHECKING:
@@ -49,8 +49,9 @@ class Barrier:
         self._check = check
         self._now_us = 0
         self.incoming = [0] * len(vehicles)  # datagrams that wait for each
-        for vehicle in vehicles:
-            patience(vehicle.control, SLICE_S)
+        self._gates = [select.poll() for _ in vehicles]
+        for vehicle, gate in zip(vehicles, self._gates, strict=True):
+            gate.register(vehicle.control, select.POLLIN)
 
     def advance(self, until_us: int) -> list[int]:
         """Have every vehicle live until then; return the number of datagrams that each has sent."""
@@ -60,17 +61,21 @@ class Barrier:
                 vehicle.control.send(grants[incoming])
             except OSError:
                 raise self._died(vehicle) from None
-        sent = [self._sent(vehicle) for vehicle in reversed(self._vehicles)]  # the last to begin
-        sent.reverse()  # ends last: in this order we wake up once
+        # The last to begin ends last: in this order we wake up once.
+        sent = [*map(self._sent, reversed(self._vehicles), reversed(self._gates))]
+        sent.reverse()
         self._now_us = until_us
         return sent
 
-    def _sent(self, vehicle: VehicleHandle) -> int:
+    def _sent(self, vehicle: VehicleHandle, gate: select.poll) -> int:
         data, deadline = b"", 0.0
         while len(data) < DONE.size:
             try:
-                part = vehicle.control.recv(DONE.size - len(data))
+                part = vehicle.control.recv(DONE.size - len(data), socket.MSG_DONTWAIT)
             except BlockingIOError:
+                # A wait in `recv` would be woken for nothing when the vehicle reads its grant.
+                if gate.poll(SLICE_S * 1e3):
+                    continue
                 self._check()
                 deadline = deadline or time.monotonic() + LIVENESS_S
                 if time.monotonic() > deadline:

@@ -165,28 +165,21 @@ class Coordinator:
         self, team: Mapping[str, VehicleState], now: float
     ) -> dict[str, tuple[Peer, list[Peer]]]:
         """Return own vehicles that are known, each with those of the others who may matter."""
-        peers = [self._peer(state, now) for state in team.values()]
+        kinds, late = self._kinds, self._lateness
+        peers: list[Peer] = []
+        for name, system_id, _, time, position, velocity, q, _, _, phase in team.values():
+            kind = kinds[name]
+            vertical = kind == "quadcopter" and phase in _VERTICAL
+            age = now - time if now > time else 0.0
+            peers.append(Peer(system_id, kind, position, velocity, yaw_of(q), age, vertical, late))
         own = [(i, name) for i, name in enumerate(team) if name in self.members]
         if self._index is None:
             return {name: (peers[i], peers[:i] + peers[i + 1 :]) for i, name in own}
-        timeout, late = self.scenario.team.state_timeout_s, self._lateness
+        timeout = self.scenario.team.state_timeout_s
         oldest = max((p.age for p in peers if p.age <= timeout), default=0.0)
         reaches = [reach_of(self.members[name].law, oldest, late) for _, name in own]
         near = self._index.of(peers, [i for i, _ in own], reaches)
         return {name: (peers[i], n) for (i, name), n in zip(own, near, strict=True)}
-
-    def _peer(self, state: VehicleState, now: float) -> Peer:
-        kind = self._kinds[state.name]
-        return Peer(
-            state.system_id,
-            kind,
-            state.position,
-            state.velocity,
-            yaw_of(state.quaternion),
-            max(0.0, now - state.time),
-            kind == "quadcopter" and state.phase in _VERTICAL,
-            self._lateness,
-        )
 
     def _note_lateness(self, now: float) -> None:
         """Remember by how much this tick is later than it should be; never so in lockstep."""

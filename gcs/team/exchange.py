@@ -49,12 +49,14 @@ class Exchange:
         states = self._offered = self._core.states()
         if self._core.sequence % _LOOK_EVERY == 1:
             self._look_who_listens()
-        self._packed = {s.name: pack_state(s) for s in states if s.name in self._followed}
-        self.repeat()
+        if self._followed:
+            self._packed = {s.name: pack_state(s) for s in states if s.name in self._followed}
+            self.repeat()
         if self._team and self._team.wanted:
             self._team.put(self.known())
         for name, member in self._core.members.items():
-            present = now - max(0.0, member.station.status.heartbeat_at) < _PRESENT_S
+            heard = member.station.status.heartbeat_at
+            present = now - (heard if heard > 0.0 else 0.0) < _PRESENT_S
             if present != self._present[name]:
                 self._tell_presence(name, present)
 
@@ -94,7 +96,7 @@ class Exchange:
             self._tokens[name].undeclare()
 
     def _gather(self, now: float) -> list[VehicleState]:
-        deadline = time.monotonic() + LIVENESS_S
+        deadline = time.monotonic() + 1.5 * LIVENESS_S  # its coordinator has its say first
         sequence, heard = self._core.sequence, self._others.latest
         team = {state.name: state for state in self._offered}
         missing = [name for name in self._keys if name not in team]

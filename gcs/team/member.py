@@ -12,7 +12,7 @@ from ..safety.clearance import Clearance
 from ..station import Station, StationError, Tap, stack_of
 from .fence import confine, confine_along
 from .mission import Tell
-from .setpoints import Form, form_of, setpoint
+from .setpoints import Setpoint, form_of, full, setpoint
 
 LOST_S = 10.0  # a vehicle silent for so long ends the run
 
@@ -151,7 +151,7 @@ class Member:
             return False
         status = self.station.status
         in_touch = now - status.heard_at <= self._silent_s
-        return in_touch and now - max(0.0, status.heartbeat_at) <= LOST_S
+        return in_touch and now - status.heartbeat_at <= LOST_S
 
     def _watch_link(self) -> None:
         """Tell when the vehicle falls silent, once it has sent positions, and when it is back."""
@@ -194,9 +194,9 @@ class Member:
         """Send `command` in the form that the vehicle follows; return it as the fence leaves it."""
         if self._fence:
             command = confine(self._fence, me.position, command)
-        form = Form.FULL if self._follows_all else form_of(self.spec, self.station.stack)
-        s = setpoint(form, command, me, self.v_max)
-        position, velocity, acceleration, yaw, yaw_rate, forward = s
+        position, velocity, acceleration, yaw, yaw_rate, forward = (
+            full(command) if self._follows_all else self._formed(me, command)
+        )
         along_nose = None
         if forward is not None:
             if self._fence:
@@ -211,3 +211,6 @@ class Member:
             yaw_rate=None if yaw_rate is None else -yaw_rate,
         )
         return command
+
+    def _formed(self, me: Peer, command: Command) -> Setpoint:
+        return setpoint(form_of(self.spec, self.station.stack), command, me, self.v_max)

@@ -53,14 +53,20 @@ def form_of(spec: RobotSpec, stack: FlightStack | None) -> Form:
     return Form.COURSE if stack is ARDUPILOT else Form.VELOCITY
 
 
+def full(command: Command) -> Setpoint:
+    """Return `command` for a vehicle that follows all of it."""
+    position, velocity, acceleration, yaw, yaw_rate, _ = command
+    if velocity is None and command == HOLD:
+        velocity = _STILL
+    return Setpoint(position, velocity, acceleration, yaw, yaw_rate)
+
+
 def setpoint(form: Form, command: Command, me: Peer, v_max: float) -> Setpoint:
     """Return `command` in the form that the vehicle follows, which is `me` and does `v_max`."""
     if form in (Form.FULL, Form.LED):
-        if command == HOLD:
-            return Setpoint(velocity=_STILL)
         if form is Form.LED and command.position is None and command.velocity:
             command = command._replace(velocity=_led(command.velocity, me.velocity))
-        return Setpoint(*command[:5])
+        return full(command)
     east, north = _velocity(command, me, v_max)
     speed, course = hypot(east, north), atan2(north, east)
     # None of them drives more slowly because its nose points elsewhere: it would run off sideways.

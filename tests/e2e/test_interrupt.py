@@ -50,7 +50,8 @@ def test_during_the_run(sandbox, pace, how):
 
 def test_twice_is_no_different(sandbox):
     process = long_run(sandbox)
-    sandbox.wait_for_run()
+    part = sandbox.wait_for_run() / "run.rrd.part"
+    sandbox.wait_for(lambda: part.exists() and part.stat().st_size, "a recording")
     done = interrupt(sandbox, process, times=2)
     assert done.report["exit_code"] == 130
     assert not done.report["partial"]

@@ -152,10 +152,13 @@ def test_vehicles_do_not_outlive_a_sweep_that_is_killed(sandbox, dash):
 def test_two_cannot_write_one_sweep(sandbox, sweep):
     process = sweep("--seeds", "0:9999")
     wait_for_rows(sandbox, process, 1)
+    theirs = sandbox.folder / "out" / "underway"
+    theirs.mkdir()
     second = sandbox.start("sweep", "--resume", "out")
     _, said = second.communicate(timeout=30)
     assert second.returncode == 2
     assert "another process writes this sweep" in said
+    assert theirs.exists()
     assert process.poll() is None
     process.send_signal(signal.SIGINT)
     assert sandbox.finish(process).code == 130

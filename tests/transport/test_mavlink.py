@@ -235,6 +235,13 @@ def test_a_sequence_that_wraps_loses_nothing():
     assert codec.lost == 2
 
 
+def test_a_frame_that_comes_twice_is_no_loss():
+    codec = Codec(1)
+    frames = Codec(7).frames([heartbeat()] * 3)
+    codec.decode(frames[0] + frames[0] + frames[1] + frames[1] + frames[2])
+    assert codec.lost == 0
+
+
 def test_a_flood_of_invented_senders_does_not_grow_the_codec():
     codec = Codec(1)
     for system in range(256):

@@ -2,6 +2,8 @@
 
 import json
 import re
+import socket
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +13,7 @@ from mavherd.gcs.run.in_process import simulate
 from mavherd.gcs.run.in_process_team import InProcess
 from mavherd.scenarios.loader import load_scenario
 from mavherd.scenarios.starts import draw_starts
+from mavherd.transport.bus import Bus
 from mavherd.transport.errors import MavherdError
 from mavherd.transport.tlog import digest
 from mavherd.transport.wire import Phase
@@ -66,6 +69,18 @@ def test_a_run_is_judged_and_leaves_nothing_behind(meeting, tmp_path, monkeypatc
     assert result.report["ticks"] * 0.05 == pytest.approx(result.report["duration_s"])
     assert json.loads(json.dumps(result.report)) == result.report
     assert list(elsewhere.iterdir()) == []
+
+
+def test_no_socket_no_thread_and_no_zenoh_session_is_opened(meeting, monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("opened")
+
+    monkeypatch.setattr(socket, "socket", refuse)
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    monkeypatch.setattr(Bus, "router", refuse)
+    monkeypatch.setattr(Bus, "client", refuse)
+    for coordinators in ("central", "per-robot"):
+        assert simulate(meeting(coordinators=coordinators, duration=2)).exit_code == 4
 
 
 def test_one_seed_is_one_run_and_another_is_another(meeting):

@@ -134,8 +134,10 @@ def test_a_torn_last_row_is_told_and_done_again(sweep, view):
 def test_a_complete_sweep_is_not_run_again(sweep, view):
     s = sweep(seeds=(0,))
     s.conduct(pool_of(s, view), view, never)
+    (s.folder / folders.STREAM).write_bytes(b"")  # killed before this was removed
     s.conduct(None, view, never)
     assert len(view.rows) == 1
+    assert not (s.folder / folders.STREAM).exists()
 
 
 def test_all_rows_without_a_table_need_no_engine(sweep, view):

@@ -82,7 +82,7 @@ def test_in_a_field_of_240_too(law, area, silent):
     said = list(answers(law, crowd(rows)))
     assert [near for _, near in said] == [known for known, _ in said]
     if law != "off":
-        assert len({near for _, near in said}) > 100
+        assert len({near for _, near in said}) > 10
 
 
 def test_neighbours_come_in_the_order_of_the_team_and_without_oneself():
@@ -103,6 +103,11 @@ def test_reach_is_short_while_nothing_lags_and_grows_with_lateness():
     assert HOLD_WITHIN <= reaches[0] < 4.0
     assert reaches == sorted(reaches)
     assert reaches[-1] == reaches[-2] < reach_of(law, TIMEOUT, 0.4)
+
+
+def test_reach_is_never_shorter_than_where_one_holds_for_the_silent():
+    law = make_law("safe", kind="rover", v_max=0.2, params={"range_m": 0.1})
+    assert reach_of(law, 0.0, 0.0) == HOLD_WITHIN
 
 
 def test_a_law_that_does_not_say_how_far_it_looks_is_told_of_everybody():
@@ -156,7 +161,7 @@ def tick(core):
                 spec.name,
                 spec.system_id,
                 1,
-                1.0 - 0.01 * (number % 3),
+                1.0 - 0.2 * (number % 4),
                 place,
                 (0.1, -0.2, 0.0),
                 (1.0, 0.0, 0.0, 0.0),

@@ -22,13 +22,10 @@ GROUP_OF = {message_id: name for name, ids in GROUPS.items() for message_id in i
 
 @pytest.fixture
 def streams_of(desk):
-    """Make the streams of one link to a vehicle; the vehicle is `streams.desk`."""
+    """Make the streams of one link to a vehicle."""
 
     def make(spoken=True, channel=0, **config):
-        on_desk = desk(**config)
-        streams = Streams(on_desk.vehicle.telemetry, channel, spoken=spoken)
-        streams.desk = on_desk
-        return streams
+        return Streams(desk(**config).vehicle.telemetry, channel, spoken=spoken)
 
     return make
 
@@ -115,13 +112,13 @@ def test_a_negative_interval_stops_a_message(streams, stop):
 
 
 @pytest.mark.parametrize("interval", [-1, 5_000_001, 3e38])
-def test_heartbeats_neither_stop_nor_become_rare(streams, interval):
+def test_heartbeats_neither_stop_nor_become_rare(desk, interval):
+    on_desk = desk()
+    streams = on_desk.link.streams
     assert not streams.set_interval(HEARTBEAT, interval, 0)
     assert len(sent(streams, 10)[HEARTBEAT]) == 10
-    desk = streams.desk
-    assert (
-        desk.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, HEARTBEAT, interval) == mav.MAV_RESULT_DENIED
-    )
+    denied = on_desk.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, HEARTBEAT, interval)
+    assert denied == mav.MAV_RESULT_DENIED
 
 
 def test_heartbeats_can_be_more_frequent(streams):
@@ -222,7 +219,7 @@ def test_a_data_stream_that_nobody_knows_changes_nothing(streams, stream_id, sta
 def test_a_request_that_is_repeated_keeps_the_rate(streams):
     service, count = RateService(streams), 0
     for at in range(0, 10_000_000, 70_000):  # as clients do that ask at every heartbeat
-        streams.desk.vehicle.telemetry.now_us = at
+        streams._telemetry.now_us = at
         service.handlers["REQUEST_DATA_STREAM"](request(0, 4))
         count += len(sent(streams, 0.07, at)[ATTITUDE])
     assert abs(count - 40) <= 1
@@ -241,7 +238,7 @@ def test_a_links_rates_are_its_own(desk):
 
 def test_a_parameter_sets_a_group_within_a_second(streams):
     sent(streams, 1)
-    rates = streams.desk.vehicle.settings.stream_rates[0]
+    rates = streams._telemetry.autopilot.settings.stream_rates[0]
     rates["EXTRA1"] = 40.0
     sent(streams, 1.5, 1_000_000)
     times = sent(streams, 1, 2_500_000)
@@ -256,7 +253,7 @@ def test_a_parameter_sets_a_group_within_a_second(streams):
 
 def test_a_parameter_leaves_alone_what_the_peer_has_asked_for(streams):
     streams.set_interval(ATTITUDE, 500_000, 0)
-    streams.desk.vehicle.settings.stream_rates[0]["EXTRA1"] = 40.0
+    streams._telemetry.autopilot.settings.stream_rates[0]["EXTRA1"] = 40.0
     assert len(sent(streams, 4)[ATTITUDE]) == 8
     assert streams.set_interval(ATTITUDE, 0, 4_000_000)  # the default is the parameter's now
     assert len(sent(streams, 4, 4_000_000)[ATTITUDE]) == 160
@@ -267,7 +264,7 @@ def test_a_parameter_leaves_alone_what_the_peer_has_asked_for(streams):
 )
 def test_each_channel_has_its_own_parameters(streams_of, channel, counts):
     streams = streams_of(channel=channel)
-    streams.desk.vehicle.settings.stream_rates[1]["EXTRA2"] = 20.0
+    streams._telemetry.autopilot.settings.stream_rates[1]["EXTRA2"] = 20.0
     sent(streams, 2)
     assert len(sent(streams, 1, 2_000_000)[mav.MAVLINK_MSG_ID_VFR_HUD]) == (20 if counts else 4)
 
