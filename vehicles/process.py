@@ -32,6 +32,7 @@ _FLUSH_US = 250_000  # of vehicle time between two flushes of the truth log
 _DATAGRAM = 65535
 _MAX_SENT = 60_000  # bytes; UDP carries at most 65,507
 _STRIDE = 2  # free-running: slices at once while nobody listens outside; half the wake-ups
+_STRIDE_ALONE = 5  # the same without a coordinator
 _MAX_CATCH_UP = 8  # slices at once when late, before anybody is heard again
 _MAX_PASS_S = 3e-3  # of hearing outside clients before physics is looked after again
 
@@ -152,9 +153,10 @@ class VehicleProcess:
         if self._coordinator:
             self._coordinator.setblocking(False)
         watcher = Watcher(self._endpoints, *others)
+        alone = _STRIDE if self._coordinator else _STRIDE_ALONE
         due, slices = (clock() if started is None else started) + pace, 0
         while True:
-            stride = 1 if self.outside_clients else _STRIDE
+            stride = 1 if self.outside_clients else alone
             ready = watcher.wait(max(0.0, due + (stride - 1) * pace - clock()))
             self._pause_floods()
             if self._control in ready:

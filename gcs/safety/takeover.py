@@ -12,6 +12,7 @@ _PAUSE_S = 1.0  # first: PX4 comes back by itself when set-points flow again
 _TRIES = 5
 _RETRY_S = 1.0
 _RECENT_S = 5.0
+_GUIDED = Mode.GUIDED  # looked up once, since asked in every tick
 
 
 class Taken(StationError):  # noqa: N818 - reads as what has happened
@@ -59,7 +60,7 @@ class Grip:
         self._checked_at = now
         if paused or now - status.heard_at > SILENT_S:
             self._silent_at = now
-        if status.armed and self._station.in_mode(Mode.GUIDED):
+        if status.armed and self._station.in_mode(_GUIDED):
             heard = -1.0 if self._silent_at is None else status.heartbeat_at - self._silent_at
             if self._lost or heard > _SETTLED_S:
                 self._request, self._tries, self._lost, self._silent_at = None, 0, False, None

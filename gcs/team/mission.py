@@ -21,6 +21,11 @@ _RETRY_S = 1.0
 _SHOWN_S = 3.0  # from a yes to the HEARTBEAT that shows it
 _PARKED_ROOM = 0.5  # m, from where a quadcopter lands to one that has landed
 
+# A phase costs more to look up in its class than to compare.
+_ACTIVE = Phase.ACTIVE
+_ON_PATH = (_ACTIVE, Phase.DWELL)
+_STEERED = (*_ON_PATH, Phase.READY, Phase.RETURNING)
+
 Tell = Callable[[str, str], None]
 """Takes the kind of an event (phase, wait) and its text."""
 
@@ -61,28 +66,29 @@ class Mission:
 
     def nominal(self, now: float) -> Nominal | None:
         """Return where the robot would go were it alone; None while nobody steers it."""
-        phase = self.phase
-        if phase is Phase.ACTIVE or phase is Phase.DWELL:
+        if self.phase in _ON_PATH:
             if self._post is not None:
                 return self._post
             return Nominal(*self._route.at(now - self._began_at))
-        if phase is Phase.READY or phase is Phase.RETURNING:
-            return Nominal(self._stand)
-        return None
+        return Nominal(self._stand) if self.phase in _STEERED else None
 
     def update(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
         """Decide the phase from what is known now; `team` holds everybody, `me` included.
 
         Raises StationError when the vehicle cannot be brought to start, or somebody else takes it.
         """
-        if Phase.READY <= self.phase <= Phase.RETURNING:
+        if self.phase in _STEERED:
             self._last = me.position
             if not self._grip.check(now):
                 return
         self._go_on(now, me, team)
-        self.direct = None if Phase.READY <= self.phase <= Phase.RETURNING else self._stream()
+        self.direct = None if self.phase in _STEERED else self._stream()
 
     def _go_on(self, now: float, me: VehicleState, team: Mapping[str, VehicleState]) -> None:
+        if self.phase is _ACTIVE:  # most of the time
+            if self._has_ended(now, me, team):
+                self._enter(Phase.DWELL, now)
+            return
         match self.phase:
             case Phase.WAITING:
                 self._enter(Phase.STARTING, now)
@@ -92,9 +98,6 @@ class Mission:
                 if self._have_come_to(Phase.READY, team, team):
                     self._began_at = now
                     self._enter(Phase.ACTIVE, now)
-            case Phase.ACTIVE:
-                if self._has_ended(now, me, team):
-                    self._enter(Phase.DWELL, now)
             case Phase.DWELL:
                 if now - self._phase_at >= self.spec.dwell_s:
                     self._leave(now, me, team)
