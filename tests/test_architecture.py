@@ -28,7 +28,10 @@ PHYSICS = (
 )
 PHYSICS_MAY_IMPORT = {"math", "typing", "dataclasses", "collections.abc", "functools"}
 SANS_IO = (
-    *(f"transport/{name}" for name in ("mavlink", "dialect", "form", "extra_messages", "frames", "wire")),
+    *(
+        f"transport/{name}"
+        for name in ("mavlink", "dialect", "form", "extra_messages", "frames", "wire")
+    ),
     *(f"gcs/team/{name}" for name in ("mission", "starter", "coordinator", "member")),
     *(f"gcs/team/{name}" for name in ("setpoints", "fence")),
     *(f"vehicles/{name}" for name in ("vehicle", "lockstep", "routing", "attention")),
