@@ -28,6 +28,10 @@ class Origin:
         if not -500 <= self.alt_m <= 10_000:
             raise ValueError(f"altitude {self.alt_m} m is not within -500..10000 m")
 
+    def __reduce__(self) -> tuple[type["Origin"], tuple[float, float, float]]:
+        """Pickle by construction: a frozen class that is compiled has no other way."""
+        return Origin, (self.lat_deg, self.lon_deg, self.alt_m)
+
     def _metres_per_radian(self) -> tuple[float, float]:
         """Return the radii of curvature (north, east) of WGS-84 at the origin."""
         lat = radians(self.lat_deg)

@@ -1,17 +1,26 @@
 """`mavherd` and `python -m mavherd`."""
 
+import os
 import sys
 
 
 def main() -> int:
     """Run the command line; Ctrl-C while it is being imported is no different from later."""
     try:
+        _open_standard_streams()
         from .gcs.cli import main as command_line
 
         return command_line()
     except KeyboardInterrupt:
         print("mavherd: interrupted", file=sys.stderr)
         return 130
+
+
+def _open_standard_streams() -> None:
+    """Keep sockets, ours and our children's, from the number of a standard stream that is closed."""
+    while (fd := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(fd, True)
+    os.close(fd)
 
 
 if __name__ == "__main__":
