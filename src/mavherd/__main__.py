@@ -17,7 +17,7 @@ def main() -> int:
 
 
 def _open_standard_streams() -> None:
-    """Keep sockets, ours and our children's, from the number of a standard stream that is closed."""
+    """Keep our and our children's sockets off the number of a standard stream that is closed."""
     while (fd := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(fd, True)
     os.close(fd)
