@@ -51,9 +51,12 @@ def hot_extensions() -> list[Any]:
     package = Path("src/mavherd")
     paths = [str(path) for path in runpy.run_path("gcs/compiled.py")["sources"](package)]
     options = ["--config-file=", "--ignore-missing-imports", "--no-warn-unused-ignores"]
-    extensions: list[Any] = mypycify(
-        [*options, *paths], opt_level="2", debug_level="0", group_name="mavherd"
-    )
+    try:
+        extensions: list[Any] = mypycify(
+            [*options, *paths], opt_level="2", debug_level="0", group_name="mavherd"
+        )
+    except SystemExit as error:  # so mypyc ends where it finds a type wrong
+        raise CannotCompileError(f"mypyc does not take it: {error}") from None
     for extension in extensions:
         extension.extra_compile_args += FLAGS
     return extensions

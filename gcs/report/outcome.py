@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ... import __version__
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.tlog import digest
+from ..compiled import state
 
 if TYPE_CHECKING:  # numpy is needed at the end only: a run is under way sooner without
     from .judge import Verdict
@@ -121,6 +122,7 @@ def assess(
         error=ending.error,
         exit_code=exit_code,
         version=__version__,
+        compiled=state(),
         python=platform.python_version(),
         platform=platform.platform(),
         ports=ports or {},

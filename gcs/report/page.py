@@ -191,8 +191,8 @@ def _again(r: Mapping[str, Any]) -> Iterator[str]:
     yield '<p class="soft">In this folder:</p>'
     yield f"<pre>rerun run.rrd\nmavherd run scenario.yaml --seed {r['seed']}{mode}</pre>"
     digest = r["digest"] or "none (the run did not finish, or was not in lockstep)"
-    yield f'<p class="soft">Run {escape(r["run_id"])}, mavherd {escape(r["version"])}, '
-    yield f"Python {escape(r['python'])}, {escape(r['platform'])}. "
+    yield f'<p class="soft">Run {escape(r["run_id"])}, mavherd {escape(r["version"])} '
+    yield f"({escape(r['compiled'])}), Python {escape(r['python'])}, {escape(r['platform'])}. "
     yield f"{r['late_ticks']} of {r['ticks']} ticks late; {r['outside_clients']} outside clients."
     yield f'<br>Digest <span style="overflow-wrap:anywhere">{escape(digest)}</span></p>'
 

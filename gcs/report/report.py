@@ -39,6 +39,7 @@ class RunFacts:
     error: str | None = None
     exit_code: int = 0
     version: str = ""  # of mavherd
+    compiled: str = ""  # whether its hot modules are, for people
     python: str = ""
     platform: str = ""
     ports: Mapping[str, Any] = field(default_factory=dict)
@@ -82,6 +83,7 @@ def build_report(scenario: Scenario, verdict: Verdict, facts: RunFacts) -> dict[
         "outside_clients": facts.outside_clients,
         "partial": facts.partial,
         "version": facts.version,
+        "compiled": facts.compiled,
         "python": facts.python,
         "platform": facts.platform,
         "ports": facts.ports,

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from mavherd.gcs.compiled import sources
+
 ROOT = Path(__file__).parents[2]
 BUILT_FROM = ("src", "transport", "vehicles", "scenarios", "gcs", "setup.py", "pyproject.toml")
 NO_PORTS = ("--gcs-udp", "0", "--api-udp", "0", "--tcp", "0")
@@ -67,6 +69,19 @@ def test_a_source_that_has_changed_since_is_told(trees, tmp_path):
     assert "transport/frames.py has changed since: run make compiled or make pure" in said
 
 
+def test_every_hot_module_is_there():
+    missing = [path for path in sources(ROOT) if not path.exists()]
+    assert missing == []
+
+
+def test_where_it_is_installed_the_dates_of_files_mean_nothing(trees, tmp_path):
+    installed = tmp_path / "site-packages"
+    shutil.copytree(trees["compiled"], installed)  # follows the links to the four folders
+    for source in sources(installed / "mavherd"):
+        os.utime(source)
+    assert "(compiled)" in mavherd(installed, tmp_path, "version")
+
+
 @pytest.mark.parametrize(
     "options",
     [
@@ -81,5 +96,6 @@ def test_both_compute_the_same_bytes(trees, tmp_path, options):
         folder.mkdir()
         args = ("run", *options, *NO_PORTS, "--no-record", "--json")
         report = json.loads(mavherd(source, folder, *args))
+        assert report["compiled"] == {"pure": "pure Python", "compiled": "compiled"}[tree]
         digests[tree] = report["digest"]
     assert digests["pure"] == digests["compiled"]
