@@ -1,18 +1,17 @@
 """The command line. Each subcommand is one small function; heavy imports happen inside them."""
 
 import argparse
-import json
 import os
 import re
 import sys
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, NoReturn
 
 from ..transport.errors import MavherdError, os_reason
 from .commands import check as check_command
 from .commands import clock as clock_command
 from .commands import diff as diff_command
+from .commands import digest as digest_command
 from .commands import run as run_command
 from .commands import sweep as sweep_command
 from .commands import vehicle as vehicle_command
@@ -70,22 +69,6 @@ def _scenarios(args: argparse.Namespace) -> int:
     return 0
 
 
-def _digest(args: argparse.Namespace) -> int:
-    from ..transport.tlog import digest
-
-    try:
-        robots = json.loads((args.folder / "robots.json").read_text(encoding="utf-8"))
-        names = [r["name"] for r in sorted(robots, key=lambda r: r["system_id"])]
-        print(digest(args.folder / "vehicles" / name / f"{name}.tlog" for name in names))
-    except OSError as error:
-        raise MavherdError(
-            f"{error.filename}: {error.strerror} (is {args.folder} a finished run's folder?)"
-        ) from None
-    except (ValueError, KeyError, TypeError):
-        raise MavherdError(f"{args.folder}: robots.json is not one of mavherd's") from None
-    return 0
-
-
 class _Parser(argparse.ArgumentParser):
     """Complains in one line, and takes `--home -35.36,149.17,584,0` for what it is."""
 
@@ -123,8 +106,10 @@ def _parser() -> argparse.ArgumentParser:
         _add(commands, "sweep", sweep_command.run, text, sweep_command.EPILOG)
     )
     _add(commands, "scenarios", _scenarios, "list the shipped scenarios")
-    digest = _add(commands, "digest", _digest, "compute a run's digest again from its tlogs")
-    digest.add_argument("folder", type=Path, metavar="RUN", help="a run folder")
+    text = "compute a run's digest again from its tlogs"
+    digest_command.add_options(
+        _add(commands, "digest", digest_command.run, text, digest_command.EPILOG)
+    )
     text = "name the first message, field, vehicle and time at which two runs part"
     diff_command.add_options(_add(commands, "diff", diff_command.run, text, diff_command.EPILOG))
     _add(commands, "version", version_command.run, "say which mavherd runs here, and how")

@@ -31,17 +31,24 @@ class TlogWriter:
 def read_tlog(path: Path) -> Iterator[tuple[int, bytes]]:
     """Yield time (microseconds, UTC) and frame of each entry; a torn last entry ends it."""
     data = path.read_bytes()
-    at = 0
-    while at + _STAMP.size + 3 <= len(data):
+    for at, end in _entries(data, path):
         (time_us,) = _STAMP.unpack_from(data, at)
-        start = at + _STAMP.size
-        marker, length, flags = data[start : start + 3]
-        if marker not in (0xFD, 0xFE):
-            raise MavherdError(f"{path}: no MAVLink frame at byte {start} (not a tlog?)")
-        overhead = 8 if marker == 0xFE else 25 if flags & 1 else 12
-        at = start + length + overhead
-        if at <= len(data):
-            yield time_us, data[start:at]
+        yield time_us, data[at + _STAMP.size : end]
+
+
+def torn_at(path: Path) -> int | None:
+    """Return the byte where the entry begins of which the end is missing; None: it is whole.
+
+    An empty log is torn at byte 0: no link is without a message.
+    """
+    data = path.read_bytes()
+    end = max((end for _, end in _entries(data, path)), default=0)
+    return None if data and end == len(data) else end
+
+
+def tear(at: int) -> str:
+    """Return what is to be said of a log that is torn at this byte."""
+    return f"torn at byte {at}, where the last message is cut short" if at else "empty"
 
 
 def digest(paths: Iterable[Path]) -> str:
@@ -51,3 +58,19 @@ def digest(paths: Iterable[Path]) -> str:
         for _, frame in read_tlog(path):
             sha.update(frame)
     return sha.hexdigest()
+
+
+def _entries(data: bytes, path: Path) -> Iterator[tuple[int, int]]:
+    """Yield where each whole entry begins and ends."""
+    at = 0
+    while at + _STAMP.size + 3 <= len(data):
+        start = at + _STAMP.size
+        marker, length, flags = data[start : start + 3]
+        if marker not in (0xFD, 0xFE):
+            doubt = "the log is damaged here or just before" if at else "not a tlog?"
+            raise MavherdError(f"{path}: no MAVLink frame at byte {start} ({doubt})")
+        overhead = 8 if marker == 0xFE else 25 if flags & 1 else 12
+        end = start + length + overhead
+        if end <= len(data):
+            yield at, end
+        at = end

@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from ...transport.bus import Bus
 
     endpoint, run_id = _address(args.where)
-    order = " ".join(args.order)
+    order = " ".join(args.order).lower().strip()
     patience = _STEP_PATIENCE_S if order.startswith("step") else _PATIENCE_S
     with Bus.client(endpoint, run_id) as bus:
         answer = bus.ask("clock/command", order, patience)
@@ -64,6 +64,11 @@ def _address(where: str) -> tuple[str, str]:
         ports = json.loads((folder / "ports.json").read_text(encoding="utf-8"))
         return str(ports["zenoh"]), folder.resolve().name
     except OSError as error:
+        if (folder / "scenario.yaml").is_file():
+            raise MavherdError(
+                f"{where}: no clock to ask"
+                " (the run is in one process, with --in-process, or it is still starting)"
+            ) from None
         raise MavherdError(
             f"{folder / 'ports.json'}: {error.strerror} (is {where} the folder of a run?)"
         ) from None

@@ -134,6 +134,11 @@ def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
     if others and not args.free_run:
         print(f"note: the team runs free, on the wall clock; external: {others}", file=sys.stderr)
     keys = keys_of_terminal() if lockstep else None
+    if args.paused and args.in_process and keys is None:
+        raise MavherdError(
+            "--paused: with --in-process only the keys of a terminal can resume it, and there is"
+            " none (leave out one of them)"
+        )
     with RunView(scenario, keys=keys is not None) as view:
         outcome = Run(scenario, options, view, keys, head_start).execute()
     print_outcome(outcome)

@@ -162,18 +162,24 @@ def _conduct(sweep: "Sweep", jobs: int, view: "SweepView") -> dict[str, object]:
     """Do what is left of a sweep and conclude it; return its summary."""
     from ..sweep.folder import SCRATCH
     from ..sweep.pool import LocalPool
+    from ..sweep.sweep import SweepInterruptedError
     from ..sweep.task import SweepTask, warm_up
 
     def engine() -> LocalPool:
         warm_up(sweep.plan.mode)
         task = SweepTask(sweep.points, sweep.plan.mode, sweep.folder / SCRATCH)
-        return LocalPool(task, min(jobs, sweep.plan.runs), view.note)
+        return LocalPool(task, min(jobs, sweep.plan.runs), view.note, interrupted)
 
     view.note(f"sweep folder {sweep.folder}")
     with _signals() as interrupted:
         sweep.conduct(engine, view, interrupted)
-        view.finished()
+    view.finished()
+    try:
+        if interrupted():  # after the last row
+            raise KeyboardInterrupt
         _, told = sweep.conclude(view.note)
+    except KeyboardInterrupt:
+        raise SweepInterruptedError(sweep.folder, sweep.plan.runs, sweep.plan.runs) from None
     return told
 
 

@@ -7,11 +7,11 @@ from .links import LinkDifference, Parting
 from .messages import differences, name_of
 from .run_folder import Entry, FlownRun
 from .runs import RunDifference
-from .wording import direction, notes
+from .wording import damaged, direction, notes
 
 _FACTS = (
     *("run_id", "scenario", "seed", "law", "lockstep", "digest", "exit_code", "duration_s"),
-    *("outside_clients", "partial", "version", "python", "platform"),
+    *("outside_clients", "partial", "version", "python", "platform", "compiled"),
 )
 
 
@@ -50,12 +50,15 @@ def _link(link: LinkDifference) -> dict[str, Any]:
 
 def _parting(parting: Parting) -> dict[str, Any]:
     a, b = parting.a, parting.b
-    fields = differences(a.frame, b.frame) if parting.kind == "value" and a and b else []
+    bad = damaged(parting)
+    valued = parting.kind == "value" and not bad
+    fields = differences(a.frame, b.frame) if valued and a and b else []
     return {
         "kind": parting.kind,
         "time_s": parting.entry.time_us * 1e-6,
         "message": name_of(parting.entry.frame),
         "direction": direction(parting),
+        "damaged_in": bad,
         "fields": [{"name": f.name, "a": _plain(f.a), "b": _plain(f.b)} for f in fields],
         "a": _message(a) if a else None,
         "b": _message(b) if b else None,

@@ -10,15 +10,14 @@ from .run_folder import Entry
 BEFORE = 3
 """So many of the last equal messages are kept, to show what went before."""
 
-_HORIZON = 200  # messages that may be missing in a row where times do not say how far to look
-
 
 class Parting(NamedTuple):
     """The first place where two logs of one link differ; what one of them lacks is None.
 
     Kinds: `value` (one message, other contents), `missing` (one of them has a message more),
     `order` (the next two are swapped), `time` (the same message at another time), `other` (each
-    has a message that the other does not have), `end` (one of them goes on).
+    has a message that the other does not have), `end` (one of them goes on). Where times say
+    nothing, as in a free run, no message is called missing: only what comes next is compared.
     """
 
     kind: str
@@ -70,7 +69,7 @@ def compare(
         messages=(len(a), len(b)),
         equal=at,
         parting=parting,
-        before=tuple(a[max(0, at - BEFORE) : at]) if parting else (),
+        before=tuple((a if parting.a else b)[max(0, at - BEFORE) : at]) if parting else (),
     )
 
 
@@ -90,29 +89,30 @@ def _parting(a: Sequence[Entry], b: Sequence[Entry], at: int, *, timed: bool) ->
     same_time = x.time_us == y.time_us or not timed
     if same_time and content(x.frame) == content(y.frame):
         return Parting("value", x, y)  # its sequence number
-    x_comes = _find(x, b, at, timed=timed)
-    y_comes = _find(y, a, at, timed=timed)
-    if x_comes and x_comes == y_comes:
-        return Parting("order", x, y)
-    if x_comes and (not y_comes or x_comes < y_comes):
-        return Parting("missing", None, y)
-    if y_comes:
-        return Parting("missing", x, None)
-    if content(x.frame) == content(y.frame):
-        return Parting("time", x, y)
-    if not same_time:
-        return Parting("missing", x, None) if x.time_us < y.time_us else Parting("missing", None, y)
+    if timed:
+        x_comes, y_comes = _find(x, b, at), _find(y, a, at)
+        if x_comes and x_comes == y_comes:
+            return Parting("order", x, y)
+        if x_comes and (not y_comes or x_comes < y_comes):
+            return Parting("missing", None, y)
+        if y_comes:
+            return Parting("missing", x, None)
+        if content(x.frame) == content(y.frame):
+            return Parting("time", x, y)
+        if not same_time:
+            earlier = x.time_us < y.time_us
+            return Parting("missing", x, None) if earlier else Parting("missing", None, y)
     one_type = header(x.frame).message_id == header(y.frame).message_id
     return Parting("value" if one_type and _one_way(x, y) else "other", x, y)
 
 
-def _find(entry: Entry, log: Sequence[Entry], at: int, *, timed: bool) -> int:
+def _find(entry: Entry, log: Sequence[Entry], at: int) -> int:
     """Return by how many places a message comes later in `log` than at `at`; 0: it does not."""
     wanted = content(entry.frame)
-    for distance, other in enumerate(log[at + 1 : at + 1 + _HORIZON], start=1):
-        if timed and other.time_us > entry.time_us:
+    for distance, other in enumerate(log[at + 1 :], start=1):
+        if other.time_us > entry.time_us:
             break
-        if (not timed or other.time_us == entry.time_us) and content(other.frame) == wanted:
+        if other.time_us == entry.time_us and content(other.frame) == wanted:
             return distance
     return 0
 

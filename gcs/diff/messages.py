@@ -46,6 +46,15 @@ def from_ground(frame: bytes) -> bool:
     return header(frame).system_id == GROUND_ID
 
 
+def is_damaged(frame: bytes) -> bool:
+    """Return whether a frame's checksum is wrong; of a message of another dialect none can tell."""
+    try:
+        _reader.decode(bytearray(frame))
+    except mav.MAVError:
+        return True
+    return False
+
+
 def content(frame: bytes) -> bytes:
     """Return the frame without its sequence number and without its checksum, which covers that."""
     at = 4 if frame[0] == V2_MARKER else 2

@@ -50,7 +50,7 @@ class FlownRun:
         try:
             stamped = list(read_tlog(self.log(vehicle)))
         except OSError as error:
-            raise _unreadable(error, self.folder) from None
+            raise unreadable(error, self.folder) from None
         epoch = _epoch(stamped[0][0]) if stamped else 0
         return [Entry(time_us - epoch, frame) for time_us, frame in stamped]
 
@@ -71,7 +71,7 @@ def open_run(folder: Path) -> FlownRun:
         (folder / "vehicles").stat()  # a folder of something else may have a scenario.yaml too
         told = json.loads(report.read_text(encoding="utf-8")) if report.exists() else {}
     except OSError as error:
-        raise _unreadable(error, folder) from None
+        raise unreadable(error, folder) from None
     except ValueError:
         told = None
     if not isinstance(told, dict):
@@ -89,7 +89,8 @@ def open_run(folder: Path) -> FlownRun:
     return FlownRun(folder=folder, settings=settings, vehicles=vehicles, report=told)
 
 
-def _unreadable(error: OSError, folder: Path) -> RunFolderError:
+def unreadable(error: OSError, folder: Path) -> RunFolderError:
+    """Return what is said of a file of a run that cannot be read."""
     return RunFolderError(
         f"{error.filename}: {error.strerror} (is {folder} the folder of a run, with"
         " scenario.yaml and each vehicle's tlog?)"

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from .links import LinkDifference, compare
 from .run_folder import FlownRun
+from .wholeness import damage
 
 
 class Setting(NamedTuple):
@@ -26,11 +27,14 @@ class RunDifference:
     only_in_a: tuple[str, ...]  # vehicles
     only_in_b: tuple[str, ...]
     links: tuple[LinkDifference, ...]
+    damage_a: tuple[str, ...] = ()  # what is wrong with its logs
+    damage_b: tuple[str, ...] = ()
 
     @property
     def equal(self) -> bool:
-        """Whether both runs have the same bytes on the same links."""
-        return not (self.only_in_a or self.only_in_b or self.partings)
+        """Whether both runs have the same bytes on the same links, and all that was logged."""
+        damaged = self.damage_a or self.damage_b
+        return not (self.only_in_a or self.only_in_b or self.partings or damaged)
 
     @property
     def partings(self) -> list[LinkDifference]:
@@ -55,6 +59,8 @@ def difference(a: FlownRun, b: FlownRun) -> RunDifference:
             for name, system_id in a.vehicles.items()
             if name in b.vehicles
         ),
+        damage_a=tuple(damage(a)),
+        damage_b=tuple(damage(b)),
     )
 
 

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from typing import Any
 
 from .links import LinkDifference, Parting
-from .messages import FieldDifference, differences, name_of, show
+from .messages import FieldDifference, differences, is_damaged, name_of, show
 from .run_folder import Entry, FlownRun
 from .runs import RunDifference
 
 MAX_SETTINGS = 8  # lines
 MAX_LATER = 12  # lines; --json has all
 _MAX_FIELDS = 6
-_ABOUT = "version", "python", "platform", "compiled"  # in report.json; the newest may lack one
+_ABOUT = "version", "python", "platform", "compiled"  # in report.json; an old one may lack some
 
 
 def direction(parting: Parting) -> str:
@@ -21,15 +21,33 @@ def direction(parting: Parting) -> str:
 
 def notes(d: RunDifference) -> Iterator[str]:
     """Yield what is to be known of the two runs before their links are compared."""
+    yield from _damage(d)
+    yield from _conditions(d)
+
+
+def damaged(parting: Parting) -> list[str]:
+    """Return in which of the runs, A or B, the parting message is not as it was sent."""
+    sides = ("A", parting.a), ("B", parting.b)
+    return [run for run, entry in sides if entry and is_damaged(entry.frame)]
+
+
+def _damage(d: RunDifference) -> Iterator[str]:
+    for name, texts in (("A", d.damage_a), ("B", d.damage_b)):
+        yield from (f"{name}: {text}" for text in texts)
+
+
+def _conditions(d: RunDifference) -> Iterator[str]:
     for name, run in (("A", d.a), ("B", d.b)):
         yield from (f"{name}: {text}" for text in _notes(run))
     for key in _ABOUT:
         a, b = d.a.report.get(key), d.b.report.get(key)
         if d.a.report and d.b.report and a != b:
-            yield f"{key}: {a} | {b}"
+            yield f"{key}: {_absent(a)} | {_absent(b)}"
     for name, vehicles in (("A", d.only_in_a), ("B", d.only_in_b)):
         if vehicles:
             yield f"only in {name}: {', '.join(vehicles)}"
+    if d.links and not any(sum(link.messages) for link in d.links):
+        yield "no messages in either run (they ended before the first tick): nothing is compared"
 
 
 def lines(d: RunDifference) -> Iterator[str]:
@@ -41,8 +59,12 @@ def lines(d: RunDifference) -> Iterator[str]:
         digest = d.a.report.get("digest")
         yield f"equal: {vehicles}, {total} messages" + (f", digest {digest[:16]}" if digest else "")
         return
+    if not d.links:
+        yield "no vehicle in common: nothing is compared"
+        return
     if not d.partings:
-        yield f"equal as far as both have the same vehicles: {total} messages"
+        alike = "both have the same vehicles" if d.only_in_a or d.only_in_b else "the logs go"
+        yield f"equal as far as {alike}: {total} messages"
         return
     first, *later = d.partings
     yield from _first(first)
@@ -60,9 +82,14 @@ def headline(link: LinkDifference) -> str:
     """Return one line: vehicle, time, message and field, both values."""
     if (parting := link.parting) is None:
         return f"{link.vehicle}: equal"
-    where = f"{link.vehicle} at {parting.entry.time_us * 1e-6:.2f} s"
     way, name = direction(parting), name_of(parting.entry.frame)
     a, b = parting.a, parting.b
+    where = f"{link.vehicle} at {_seconds(parting.entry)} s"
+    if a and b and a.time_us != b.time_us and parting.kind != "time":
+        where = f"{link.vehicle} at {_seconds(a)} s | {_seconds(b)} s"  # each by its own clock
+    if bad := damaged(parting):
+        runs = " and ".join(bad)
+        return f"{where}: {name} ({way}): a frame that is damaged in {runs} (its checksum is wrong)"
     if a is None or b is None:
         run = "A" if a else "B"
         if parting.kind == "end":
@@ -77,20 +104,21 @@ def headline(link: LinkDifference) -> str:
         return f"{where}: {name}{_dotted(field)} ({way}): {_both(field)}"
     if parting.kind == "time":
         return f"{where}: {name} ({way}) at {_seconds(a)} s | at {_seconds(b)} s"
-    text = f"{where}: {name} | {name_of(b.frame) if parting.entry is a else name_of(a.frame)}"
+    text = f"{where}: {name_of(a.frame)} | {name_of(b.frame)}"
     return f"{text} ({way}){', in the other order' if parting.kind == 'order' else ''}"
 
 
 def _preface(d: RunDifference) -> Iterator[str]:
     yield f"A {d.a.folder}"
     yield f"B {d.b.folder}"
+    yield from _damage(d)
     if d.settings:
         yield "different scenarios:"
     for key, a, b in d.settings[:MAX_SETTINGS]:
         yield f"  {key}: {_absent(a)} | {_absent(b)}"
     if len(d.settings) > MAX_SETTINGS:
         yield f"  and {len(d.settings) - MAX_SETTINGS} more keys (--json has all)"
-    yield from notes(d)
+    yield from _conditions(d)
 
 
 def _notes(run: FlownRun) -> Iterator[str]:
@@ -115,7 +143,7 @@ def _notes(run: FlownRun) -> Iterator[str]:
 def _first(link: LinkDifference) -> Iterator[str]:
     yield headline(link)
     parting = link.parting
-    if parting and parting.kind == "value" and parting.a and parting.b:
+    if parting and parting.kind == "value" and parting.a and parting.b and not damaged(parting):
         rest = differences(parting.a.frame, parting.b.frame)[1:]
         for field in rest[:_MAX_FIELDS]:
             yield f"  also {field.name}: {_both(field)}"

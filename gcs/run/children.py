@@ -19,6 +19,7 @@ from .interrupted import Interrupted
 READY_S = 20.0  # for a process to come up on a slow machine
 _END_S = 2.0  # for a process to end by itself before it is killed
 _DEAD = "the process that starts the vehicles has died"
+_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1"}  # its threads spin, and we have no use for them
 _SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
 
 
@@ -33,6 +34,7 @@ class Child:
             [sys.executable, "-P", "-m", module, *args],
             pass_fds=fds,
             start_new_session=True,
+            env={**_ENVIRONMENT, **os.environ},
             **{"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, **pipes},
         )
 
@@ -132,10 +134,10 @@ class Nursery:
                 self._next(left)
         return self._exits.get(pid)
 
-    def close(self, *, at_once: bool = False) -> None:
-        """End the nursery and every vehicle in it; `at_once` without letting them finish."""
+    def close(self, timeout: float) -> None:
+        """End the nursery and every vehicle in it, who may take `timeout` seconds to finish."""
         self._channel.close()
-        self._child.end(0.0 if at_once else _END_S)
+        self._child.end(timeout)
         self._child.kill()  # whatever it may have left in its group
 
 
@@ -166,14 +168,18 @@ class Recorder:
         self._is_up = bool(ready and stdout.readline().strip() == b"ready")
         return self._is_up
 
+    def finish(self) -> None:
+        """Have it finish the recording, and wait for nothing."""
+        if self._child.process.stdin:
+            with suppress(OSError):
+                self._child.process.stdin.close()
+
     def close(self, timeout: float, interrupted: Callable[[], bool], hurry: float) -> bool:
         """Have it finish the recording; return whether it did.
 
         An interrupt leaves it `hurry` seconds, and none when it was not up yet.
         """
-        if self._child.process.stdin:
-            with suppress(OSError):
-                self._child.process.stdin.close()
+        self.finish()
         deadline = time.monotonic() + timeout
         while not interrupted() and time.monotonic() < deadline:
             if self._child.wait(_SLICE_S) is not None:

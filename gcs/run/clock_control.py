@@ -89,7 +89,7 @@ class ClockControl:
     def order(self, text: str, wall: float) -> bool:
         """Obey a command; return whether it has changed anything. Raise MavherdError if not."""
         before = self.paused, self.speed, self._steps
-        match text.lower().split():
+        match text.split():
             case ["pause"]:
                 self.paused, self._steps = True, 0
             case ["resume"]:

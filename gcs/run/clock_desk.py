@@ -19,6 +19,7 @@ from .conductor import Interrupted
 from .keys import COMMANDS, QUIT, Keys
 
 SLICE_S = 0.05  # how often somebody may have asked for something, or pressed Ctrl-C
+OVER = "the run is over"
 _REPEAT_S = 1.0
 Note = Callable[[dict[str, Any]], None]
 """Takes an event."""
@@ -70,9 +71,17 @@ class ClockDesk:
         for question in self._questions.drain():
             changed |= self._hear(question, now)
         if self._control:
-            self._finish_steps(self._control)
+            if not self._control.stepping:
+                self._answer_steps(self._control)
             self._tell(self._control)
         return changed
+
+    def close(self) -> None:
+        """Take no more orders: answer who waits for steps, refuse what was not heard in time."""
+        if self._control:
+            self._answer_steps(self._control)
+        for question in self._questions.drain():
+            question.refuse(OVER)
 
     def wait(self, until: float) -> None:
         """Wait for a moment on the monotonic clock, or for a key; not for long."""
@@ -83,13 +92,14 @@ class ClockDesk:
             time.sleep(seconds)
 
     def _hear(self, question: Question, now: float) -> bool:
+        command = " ".join(question.text.lower().split())
         try:
-            changed = self._obey(question.text, now)
+            changed = self._obey(command, now)
         except MavherdError as refusal:
             self._event(now, f"refused: {refusal}")
             question.refuse(str(refusal))
             return False
-        if self._control and self._control.stepping and question.text.split()[0] == "step":
+        if self._control and self._control.stepping and command.startswith("step"):
             self._stepping.append(question)
         elif self._control:
             question.answer(json.dumps(self._control.status()))
@@ -100,19 +110,17 @@ class ClockDesk:
             raise MavherdError(FREE)
         changed = self._control.order(command, time.monotonic())
         if changed:
-            text = " ".join(command.lower().split())
             toggled = "pause" if self._control.paused else "resume"
-            self._event(now, toggled if text == "toggle" else text)
+            self._event(now, toggled if command == "toggle" else command)
         return changed
 
     def _event(self, now: float, text: str) -> None:
         self._note({"t": round(now, 6), "vehicle": None, "kind": "clock", "text": text})
 
-    def _finish_steps(self, control: ClockControl) -> None:
-        if self._stepping and not control.stepping:
-            for question in self._stepping:
-                question.answer(json.dumps(control.status()))
-            self._stepping = []
+    def _answer_steps(self, control: ClockControl) -> None:
+        for question in self._stepping:
+            question.answer(json.dumps(control.status()))
+        self._stepping = []
 
     def _tell(self, control: ClockControl) -> None:
         """Publish how the clock stands: a change at once, else for those who have come since."""

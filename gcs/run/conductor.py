@@ -74,6 +74,10 @@ class CoordinatorHandle:
     ready: bool = False  # it has come up
     parted: bool = False  # it has said its last word: external vehicles were seen to
 
+    def part(self, last: dict[str, Any]) -> None:
+        """Take in its last word."""
+        self.parted, self.late, self.ticks = True, last["late"], last["ticks"]
+
 
 @dataclass(slots=True)
 class Clock:
@@ -100,13 +104,20 @@ class Clock:
         return self.prepared_at is not None and self.now >= self.prepared_at + duration - 1e-9
 
     def take(self, coordinator: CoordinatorHandle, message: dict[str, Any]) -> None:
-        """Take in what a coordinator says; raise VehicleError when it gives up."""
+        """Take in what a coordinator says; raise VehicleError when it gives up.
+
+        Who gives up tells how far it came: ticks of which no answer tells any more.
+        """
         for event in message.get("events", ()):
             self.on_event(event)
+        self.now, self.ticks = message.get("done", (self.now, self.ticks))
         if died := message.get("died"):
             raise Died(*died)
         if error := message.get("error"):
             raise VehicleError(error)
+        if last := message.get("parted"):  # though nobody has told it to
+            coordinator.part(last)
+            raise Died(coordinator.name, None, self.now)
         coordinator.finished = message.get("finished", coordinator.finished)
         coordinator.prepared = message.get("prepared", coordinator.prepared)
         coordinator.late = message.get("late", coordinator.late)
@@ -161,8 +172,12 @@ class Lockstep(Clock):
             except ChannelClosed:
                 self._hear_last_words(coordinator)
         early: dict[str, dict[str, Any]] = {}
-        answers = [self._answer(coordinator, early) for coordinator in self.coordinators]
-        return [b64decode(answer["team"]) for answer in answers]
+        team = []
+        for coordinator in self.coordinators:
+            answer = self._answer(coordinator, early)
+            self.take(coordinator, answer)
+            team.append(b64decode(answer["team"]))
+        return team
 
     def _answer(
         self, coordinator: CoordinatorHandle, early: dict[str, dict[str, Any]]
@@ -193,10 +208,12 @@ class Lockstep(Clock):
             answer = other.channel.receive(0.0)
         except ChannelClosed:
             raise Died(other.name, None, self.now) from None
-        if answer is not None:
-            if "ticks" not in answer:
-                self.take(other, answer)  # which raises what has gone wrong there
+        if answer is None:
+            return
+        if "ticks" in answer or "team" in answer:
             early[other.name] = answer
+        else:
+            self.take(other, answer)  # which raises what has gone wrong there
 
     def _hear_last_words(self, coordinator: CoordinatorHandle) -> None:
         """Raise what a coordinator that has ended by itself said last, or that it died."""

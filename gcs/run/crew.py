@@ -4,7 +4,7 @@ import json
 import socket
 import time
 from collections.abc import Callable, Collection
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from .parting import END_S, Note, came_up, half_close, hear_out, left, part
 from .ports import LOOPBACK, PortPlan
 
 _RECORDER_END_S = 20.0
-_RECORDER_HURRY_S = 1.5  # after an interrupt, for all to end and the recording to be finished
+_MORE_S = 0.2  # in a hurry, for vehicles to end, then for the nursery, then for the recorder
 
 
 class Crew:
@@ -50,6 +50,7 @@ class Crew:
         self._interrupted = interrupted
         self._head_start = head_start
         self._plan = ports
+        self._sockets = ExitStack()  # that were opened for vehicles, wherever they have got to
         self._served: dict[str, socket.socket | None] = {}
         self._nursery: Nursery | None = None
         self._recorder: Recorder | None = None
@@ -108,8 +109,8 @@ class Crew:
                     "tcp": None,
                 }
                 continue
-            ours, theirs = socket_pair_udp()
-            control, its_control = socket.socketpair()
+            ours, theirs = map(self._sockets.enter_context, socket_pair_udp())
+            control, its_control = map(self._sockets.enter_context, socket.socketpair())
             tcp = self._served[spec.name]
             udp = self._plan.udp_targets(spec.system_id - 1)
             self.ports[spec.name] = {
@@ -142,11 +143,12 @@ class Crew:
         by_name = {vehicle.name: vehicle for vehicle in self.vehicles}
         groups = [names] if together else [[name] for name in names]
         for own in filter(None, groups):
-            child, channel = self._head_start.coordinator()
-            self._children.append(child)
             name = "the coordinator" if together else f"the coordinator of {own[0]}"
             external = tuple(name for name in own if name not in by_name)
+            child, channel = self._head_start.coordinator()
+            self._children.append(child)
             handle = CoordinatorHandle(name, channel, external=external, prepared=not external)
+            self.coordinators.append(handle)
             vehicles = [by_name[n] for n in own if n in by_name]
             conducted = vehicles if common["lockstep"] else []
             job = {
@@ -162,7 +164,6 @@ class Crew:
             with suppress(ChannelClosed):  # it is dead already: noticed when it is not ready
                 hand_over(channel, sockets)
                 channel.send(job)
-            self.coordinators.append(handle)
         for sock in ends.values():
             sock.close()
 
@@ -202,12 +203,31 @@ class Crew:
     ) -> None:
         """End every process, coordinators first; nothing is left afterwards.
 
-        Only a frozen process makes us wait, in a `hurry` not for long. Coordinators of external
+        Only frozen processes make us wait, in a `hurry` not for long in all. Coordinators of external
         vehicles bring those to rest first, which takes as long as a landing, and say so in events
         for `note`; they are cut short when the user `insists`. Who has not come up yet has
         nothing to finish, and may be in the midst of its imports: it is killed.
         """
-        begun = time.monotonic()
+        at_once = hurry and not self._is_up
+        with self._sockets:
+            deadline = self._end_coordinators(hurry, note, insists)
+            if self._recorder and hurry:
+                self._recorder.finish()
+            for vehicle in self.vehicles:
+                half_close(vehicle.control)
+            deadline = deadline + _MORE_S if hurry else time.monotonic() + LIVENESS_S
+            for vehicle in self.vehicles:
+                if not at_once:
+                    hear_out(vehicle, deadline)
+        deadline = deadline + _MORE_S if hurry else time.monotonic() + 2 * END_S
+        if self._nursery:
+            self._nursery.close(0.0 if at_once else left(deadline))
+        hurried = left(deadline + _MORE_S)
+        if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted, hurried):
+            self.partial = True
+
+    def _end_coordinators(self, hurry: bool, note: Note, insists: Callable[[], bool]) -> float:
+        """End every coordinator; return until when all that could have taken."""
         for coordinator, child in zip(self.coordinators, self._children, strict=False):
             if hurry and not came_up(coordinator):
                 child.kill()
@@ -218,19 +238,7 @@ class Crew:
             deadline = part(coordinator, child, deadline, note, insists)
         for child in self._children:
             child.end(left(deadline))
-        at_once = hurry and not self._is_up
-        for vehicle in self.vehicles:
-            half_close(vehicle.control)
-        deadline = time.monotonic() + (END_S / 4 if hurry else LIVENESS_S)
-        for vehicle in self.vehicles:
-            if not at_once:
-                hear_out(vehicle, deadline)
-            vehicle.control.close()
-        if self._nursery:
-            self._nursery.close(at_once=at_once)
-        hurried = max(_RECORDER_HURRY_S / 2, begun + _RECORDER_HURRY_S - time.monotonic())
-        if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted, hurried):
-            self.partial = True
+        return deadline
 
     def release(self) -> None:
         """Give back the ports that were taken for vehicles which never started."""

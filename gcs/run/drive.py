@@ -59,11 +59,10 @@ def drive(
         wall = time.monotonic()
         run.wall_s = wall - begun - control.stood(wall)
         clock.late = control.late
+        desk.close()
 
 
-def listen(
-    run: "OpenRun | InProcessRun", clock: FreeRun, showing: Showing, interrupted: Callable[[], bool]
-) -> None:
+def listen(run: OpenRun, clock: FreeRun, showing: Showing, interrupted: Callable[[], bool]) -> None:
     """Follow a team that runs free until its run is over; raise Interrupted when it shall end."""
     desk = ClockDesk(run.bus, None, run.note)
     try:
@@ -75,6 +74,7 @@ def listen(
             showing.show(clock.now, 1.0)
     finally:
         run.wall_s = time.monotonic() - run.started
+        desk.close()
 
 
 def _advance(clock: "Lockstep | InProcess", period_us: int, most: int) -> int:

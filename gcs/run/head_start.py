@@ -32,7 +32,7 @@ class HeadStart:
     def close(self) -> None:
         """End who was not taken: there is nothing to finish."""
         if self._nursery:
-            self._nursery.close(at_once=True)
+            self._nursery.close(0.0)
         if self._coordinator:
             child, channel = self._coordinator
             channel.close()

@@ -82,9 +82,17 @@ class InProcess:
                 for name in seat.core.members:
                     seat.core.receive(name, rides[name].sent, now)
                 seat.offer(now)
+            failure: MavherdError | None = None
             for seat in self._seats:
-                for name, data in seat.decide(now).items():
+                try:
+                    sent = seat.decide(now)
+                except MavherdError as error:  # the others decide all the same
+                    failure = failure or error
+                    continue
+                for name, data in sent.items():
                     rides[name].hear(data)
+            if failure:
+                raise failure
         except MavherdError as error:
             raise VehicleError(str(error)) from None
         finally:

@@ -97,7 +97,7 @@ class Run:
         return exit_code, error
 
     def _conduct(self, run: "OpenRun | InProcessRun", clock: "Clock | InProcess") -> None:
-        if isinstance(clock, FreeRun):
+        if isinstance(clock, FreeRun) and isinstance(run, OpenRun):
             showing = Showing(self._view, look_at_bus(run.bus, self.scenario))
             listen(run, clock, showing, self._interrupted)
         elif isinstance(clock, Lockstep) or not isinstance(clock, Clock):

@@ -11,7 +11,6 @@ from rich.text import Text
 
 from .team_text import Scene, TeamText, nearest, phases
 
-REFRESH_HZ = 4
 PLAIN_PERIOD_S = 5.0  # of wall time, between lines where there is no terminal
 _OTHER_LINES = 3  # of the terminal, that are not the team's: two heads, and the one below all
 
@@ -50,14 +49,11 @@ class LiveView:
     def update(
         self, now: float, scene: Scene, factor: float, message: str = "", clock: str = ""
     ) -> None:
-        """Show the team at run time `now`, `factor` times real time; call it as often as you like.
+        """Show the team at run time `now`, `factor` times real time.
 
-        `message` is what happened last, `clock` what was asked of the clock.
+        A terminal is drawn each time; plain lines come no oftener for that. `message` is what
+        happened last, `clock` what was asked of the clock.
         """
-        wall = monotonic()
-        if wall < self._next:
-            return
-        self._next = wall + (1 / REFRESH_HZ if self._live else PLAIN_PERIOD_S)
         if self._live:
             head = _line(f"{now:.1f} / {self._duration:.0f} s   {factor:.1f}x real time   ")
             head.append(clock, "bold yellow")
@@ -71,6 +67,10 @@ class LiveView:
                 parts.append(_line(self._hint, "dim"))
             self._live.update(Group(*parts), refresh=True)
             return
+        wall = monotonic()
+        if wall < self._next:
+            return
+        self._next = wall + PLAIN_PERIOD_S
         words = [f"{now:6.1f} s", f"{factor:.1f}x", *filter(None, [clock]), phases(scene.states)]
         if near := nearest(scene.states):
             words.append(f"nearest {min(near.values())[0]:.2f} m")

@@ -87,6 +87,5 @@ def _see_to_rest(
 def _take(coordinator: CoordinatorHandle, last: dict[str, Any], note: Note) -> None:
     for event in last.get("events", ()):
         note(event)
-    coordinator.late = last.get("late", coordinator.late)
-    coordinator.ticks = last.get("ticks", coordinator.ticks)
-    coordinator.parted |= "ticks" in last
+    if facts := last.get("parted"):
+        coordinator.part(facts)

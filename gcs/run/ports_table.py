@@ -10,7 +10,9 @@ from rich.text import Text
 
 MAX_LINES = 8  # of one vehicle each; more become ranges
 _HEADS = ("vehicle", "id", "MAVLink sent to (UDP)", "served at (TCP)")
+_TCP_APART = 10  # between the ports of one vehicle and the next
 Ports = Mapping[str, Any]  # of one vehicle, as ports.json has them
+_Steps = tuple[int, ...]  # from one vehicle to the next: of each UDP port, and of the TCP port
 
 
 def ports_table(ports: Mapping[str, Any]) -> RenderableType:
@@ -28,6 +30,8 @@ def ports_table(ports: Mapping[str, Any]) -> RenderableType:
         table.add_row(*_row(members))
     rest = sum(map(len, ranges[MAX_LINES:]))
     note = f"and {rest} more; " if rest else ""
+    if any(len(members) > 1 and members[0][1]["tcp"] for members in ranges[:MAX_LINES]):
+        note += f"TCP ports in a range are {_TCP_APART} apart; "
     return Group(table, Text(f"{note}each vehicle's own: ports.json", style="dim"))
 
 
@@ -38,27 +42,44 @@ def _places(p: Ports) -> tuple[str, str]:
 
 
 def _ranges(vehicles: Sequence[tuple[str, Ports]]) -> list[list[tuple[str, Ports]]]:
-    """Return the vehicles in groups whose names and ids count up, one by one."""
+    """Return the vehicles in groups whose names, ids and ports count up, one by one."""
     groups: list[list[tuple[str, Ports]]] = []
-    for name, p in vehicles:
-        if groups and _follows(groups[-1][-1], (name, p)):
-            groups[-1].append((name, p))
+    steps: _Steps | None = None  # in the last group, of more than one
+    for vehicle in vehicles:
+        found = _steps(groups[-1][-1], vehicle) if groups else None
+        if found is None or (len(groups[-1]) > 1 and found != steps):
+            groups.append([vehicle])
         else:
-            groups.append([(name, p)])
+            groups[-1].append(vehicle)
+            steps = found
     return groups
 
 
-def _follows(one: tuple[str, Ports], other: tuple[str, Ports]) -> bool:
+def _steps(one: tuple[str, Ports], other: tuple[str, Ports]) -> _Steps | None:
+    """Return how the ports go on from one vehicle to the next, None where that is no range."""
     (prefix, number), (other_prefix, other_number) = _split(one[0]), _split(other[0])
     p, q = one[1], other[1]
-    return (
-        "connect" not in p
-        and "connect" not in q
-        and (other_prefix, other_number) == (prefix, number + 1)
-        and q["system_id"] == p["system_id"] + 1
-        and len(q["udp"]) == len(p["udp"])
-        and bool(q["tcp"]) == bool(p["tcp"])
-    )
+    if (
+        "connect" in p
+        or "connect" in q
+        or (other_prefix, other_number) != (prefix, number + 1)
+        or q["system_id"] != p["system_id"] + 1
+        or len(q["udp"]) != len(p["udp"])
+    ):
+        return None
+    udp = [_apart(a, b) for a, b in zip(p["udp"], q["udp"], strict=True)]
+    tcp = _apart(p["tcp"] or "", q["tcp"] or "")
+    if tcp not in (0, _TCP_APART) or any(step not in (0, 1) for step in udp):
+        return None
+    return (*(step or 0 for step in udp), tcp)
+
+
+def _apart(one: str, other: str) -> int | None:
+    """Return how far apart the ports of two addresses are, None for those of different hosts."""
+    if one == other:
+        return 0
+    (host, _, port), (other_host, _, other_port) = one.rpartition(":"), other.rpartition(":")
+    return int(other_port) - int(port) if host == other_host else None
 
 
 def _split(name: str) -> tuple[str, int]:

@@ -1,11 +1,10 @@
 """What the launcher shows of a run: the newest states, a few times a second."""
 
-import time
 from collections.abc import Callable
+from time import monotonic
 
 from ...scenarios.schema import Scenario
 from ...transport.bus import Bus
-from ...transport.local_bus import LocalBus
 from ...transport.wire import VehicleState, unpack_state, unpack_team
 from .clock_control import ClockControl
 from .open_run import View
@@ -23,20 +22,22 @@ class Showing:
         self._view = view
         self._look = look
         self._at = 0.0
+        self._shown = 0.0  # s of fleet time
 
     def show(self, now: float, factor: float, clock: str = "") -> None:
         """Show the team at fleet time `now`, `factor` times real time, and how the clock stands."""
-        wall = time.monotonic()
+        wall = monotonic()
         if wall < self._at:
             return
+        self._shown = now
         self._at = wall + (_PAUSED_PERIOD_S if clock == _PAUSED else _PERIOD_S)
         states = sorted(self._look(), key=lambda state: state.system_id)
         self._view.update(now, states, factor, clock)
 
     def show_paced(self, control: ClockControl, *, at_once: bool) -> None:
-        """Show a team whose clock can be held."""
-        control.measure(time.monotonic())
-        if at_once:
+        """Show a team whose clock can be held: at once, too, when it has come to stand still."""
+        control.measure(monotonic())
+        if at_once or (control.standing and control.now != self._shown):
             self._at = 0.0
         self.show(control.now, control.rate, _words(control))
 
@@ -49,7 +50,7 @@ def look_at_teams(teams: Callable[[], list[bytes]]) -> Look:
     return lambda: [state for data in teams() for state in unpack_team(data)[1]]
 
 
-def look_at_bus(bus: Bus | LocalBus, scenario: Scenario) -> Look:
+def look_at_bus(bus: Bus, scenario: Scenario) -> Look:
     """Return how to see what coordinators that run free publish."""
     # Of several coordinators each publishes its own vehicles only.
     central = scenario.team.coordinators == "central"

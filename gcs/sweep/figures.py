@@ -96,7 +96,7 @@ def _series(summary: Summary, numbers: Axis) -> list[_Series]:
         series = found.setdefault(label, _Series(label, [], []))
         series.x.append(at)
         series.points.append(point)
-    return [_sorted(series) for series in list(found.values())[: len(COLOURS)]]
+    return [_sorted(series) for series in found.values()]
 
 
 def _sorted(series: _Series) -> _Series:
@@ -262,8 +262,8 @@ def _finite(value: float | None) -> float:
 
 def _finish_lines(panels: Sequence["Axes"], key: str, series: Sequence[_Series], note: str) -> None:
     panels[-1].set_xlabel(f"{key}\n{note}", color=SOFT)
-    if len(series) == len(COLOURS):
-        note = f"at most {len(COLOURS)} lines; the summary has all"
+    if len(series) > len(COLOURS):
+        note = f"the first {len(COLOURS)} of {len(series)} lines; the summary has all"
         panels[0].set_title(note, loc="right", fontsize=9, color=SOFT)
     if len(series) > 1:
         panels[0].legend(fontsize=8, frameon=False)

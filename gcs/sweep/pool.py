@@ -58,11 +58,22 @@ class _Worker:
 
 
 class LocalPool:
-    """An `Engine` of `workers` processes; `told` gets a line for each that died."""
+    """An `Engine` of `workers` processes; `told` gets a line for each that died.
 
-    def __init__(self, task: Task, workers: int, told: Callable[[str], None]) -> None:
+    Once `interrupted` says so, what has ended can still be taken, and nothing is begun any more:
+    who interrupts us may have ended the workers, too.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        workers: int,
+        told: Callable[[str], None],
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._task = task
         self._told = told
+        self._interrupted = interrupted
         self._backlog: deque[Job] = deque()
         self._deaths: Counter[int] = Counter()
         self._workers: list[_Worker] = []
@@ -110,6 +121,8 @@ class LocalPool:
         self._workers.clear()
 
     def _feed(self) -> None:
+        if self._interrupted():
+            return
         for worker in self._workers:
             if worker.job is None and self._backlog:
                 worker.give(self._backlog.popleft())
@@ -117,6 +130,8 @@ class LocalPool:
     def _bury(self, worker: _Worker) -> list[Ended]:
         """Replace a dead worker; return its job as ended when that was its last attempt."""
         cause = worker.obituary()
+        if self._interrupted():  # a signal to all of us has come to us, too, when it has ended one
+            return []
         worker.pipe.close()
         self._workers.remove(worker)
         self._workers.append(_Worker(self._task, self._workers))
@@ -124,7 +139,8 @@ class LocalPool:
         if job is None:
             self._told(f"{cause} while it had nothing to do")
             return []
-        self._deaths[job.number] += 1
+        if worker.process.exitcode != INTERRUPTED:  # else somebody ended it: no fault of the run
+            self._deaths[job.number] += 1
         if self._deaths[job.number] < ATTEMPTS:
             self._told(f"{cause} in run {job.number} (seed {job.seed}); the run is done again")
             self._backlog.appendleft(job)

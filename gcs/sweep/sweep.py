@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ...scenarios.loader import is_shipped
 from ...scenarios.schema import Scenario
 from ...transport.errors import MavherdError, os_reason
-from .columns import Row, columns, settings_row
+from .columns import JUDGED, Row, columns, settings_row
 from .engine import Ended, Engine
 from .folder import FIGURES, SCENARIO, SCRATCH, STREAM, SUMMARY, TABLE, write
 from .plan import Plan
@@ -106,6 +106,8 @@ class Sweep:
         to_do = (self.plan.job(k) for k in range(self.plan.runs) if k not in stream.done)
 
         def keep(ended: Sequence[Ended]) -> None:
+            if interrupted():  # what fails now may have lost its vehicles to the same signal
+                ended = [each for each in ended if each.row["exit_code"] in JUDGED]
             rows = [settings_row(self.plan, kinds, job) | row for job, row in ended]
             if rows:
                 stream.append(rows)
@@ -114,14 +116,14 @@ class Sweep:
         under_way = 0
         try:
             while True:
+                if interrupted():
+                    keep(engine.take(0))
+                    raise SweepInterruptedError(self.folder, len(stream.done), self.plan.runs)
                 while under_way < engine.slots and (job := next(to_do, None)):
                     engine.submit(job)
                     under_way += 1
                 if not under_way:
                     return
-                if interrupted():
-                    keep(engine.take(0))
-                    raise SweepInterruptedError(self.folder, len(stream.done), self.plan.runs)
                 ended = engine.take(_WAIT_S)
                 under_way -= len(ended)
                 keep(ended)

@@ -48,6 +48,7 @@ class Barrier:
         self._vehicles = vehicles
         self._check = check
         self._now_us = 0
+        self.done = (0.0, 0)  # s of fleet time, and ticks, with what the coordinator has to do
         self.incoming = [0] * len(vehicles)  # datagrams that wait for each
         self._gates = [select.poll() for _ in vehicles]
         for vehicle, gate in zip(vehicles, self._gates, strict=True):
@@ -101,7 +102,8 @@ def serve(grant: Mapping[str, Any], barrier: Barrier, ground: "Ground") -> dict[
     """Do the ticks that the conductor grants, vehicles first; return the answer it waits for.
 
     It is fewer ticks than were granted when the team is done, or `wall_s` seconds are over. A
-    `look` grants none: it asks for the states of the last tick.
+    `look` grants none: it asks for the states of the last tick. Whatever breaks a tick off,
+    `barrier.done` tells of the ticks before.
     """
     if "look" in grant:
         return {"team": b64encode(ground.exchange.known()).decode()}
@@ -114,6 +116,7 @@ def serve(grant: Mapping[str, Any], barrier: Barrier, ground: "Ground") -> dict[
         ground.receive_counted(barrier.advance(until_us), now)
         barrier.incoming = list(ground.exchange_and_tick(now).values())
         ticks += 1
+        barrier.done = now, barrier.done[1] + 1
         finished = core.finished
         if finished or ticks >= most or time.monotonic() > answer_at:
             return {"ticks": ticks, "events": core.take_events(), "finished": finished}

@@ -17,12 +17,13 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...scenarios.loader import load_scenario
 from ...transport.bus import Bus
 from ...transport.channel import Channel, ChannelClosed
 from ...transport.child import log_to, settle
-from ...transport.errors import MavherdError
+from ...transport.errors import MavherdError, os_reason
 from .barrier import Barrier, Died, VehicleHandle, serve
 from .exchange import REPEAT_S
 from .ground import Ground
@@ -67,6 +68,7 @@ class CoordinatorProcess:
             VehicleHandle(name, pid, socket.socket(fileno=fd)) for name, pid, fd in job.conducted
         ]
         self.late = 0
+        self._barrier: Barrier | None = None
         self._period = 1.0 / scenario.team.rate_hz
         self._ticks = 0
 
@@ -77,7 +79,8 @@ class CoordinatorProcess:
             if channel.ended:
                 raise ChannelClosed
 
-        barrier, exchange = Barrier(self._conducted, look), self.ground.exchange
+        barrier = self._barrier = Barrier(self._conducted, look)
+        exchange = self.ground.exchange
         patience = REPEAT_S
         while True:
             grant = channel.receive(None if exchange.alone else patience)
@@ -147,6 +150,11 @@ class CoordinatorProcess:
     def _now(self) -> float:
         return time.monotonic() - self.job.started
 
+    def so_far(self) -> dict[str, Any]:
+        """Return what goes with the word that we break off: no answer has told it yet."""
+        done = {"done": self._barrier.done} if self._barrier else {}
+        return {"events": self.core.take_events(), **done}
+
     def facts(self) -> dict[str, int]:
         """Return what the report wants to know at the end."""
         return {"late": self.late, "ticks": self._ticks}
@@ -175,29 +183,26 @@ def main(fd: int) -> int:
             process.run_free(channel)
     except ChannelClosed:
         pass
-    except Died as died:
-        with suppress(ChannelClosed):
-            channel.send(
-                {
-                    "died": [died.name, died.pid, died.now],
-                    "events": process.core.take_events() if process else [],
-                }
-            )
     except (MavherdError, OSError) as error:  # OSError: the disk is full, say
         with suppress(ChannelClosed):
-            channel.send(
-                {"error": str(error), "events": process.core.take_events() if process else []}
-            )
-    finally:
+            channel.send(_reason(error) | (process.so_far() if process else {}))
+    finally:  # whatever else it was, events and how far we came go with the last word
         if process:
             with suppress(MavherdError, OSError):
                 process.bring_to_rest(channel)
             with suppress(ChannelClosed):
-                channel.send(process.facts())
+                channel.send({"parted": process.facts(), **process.so_far()})
             with suppress(OSError):
                 process.close()
         channel.close()
     return 0
+
+
+def _reason(error: MavherdError | OSError) -> dict[str, Any]:
+    """Return what makes us break off, as the launcher takes it."""
+    if isinstance(error, Died):
+        return {"died": [error.name, error.pid, error.now]}
+    return {"error": os_reason(error) if isinstance(error, OSError) else str(error)}
 
 
 def _job(channel: Channel) -> Job:

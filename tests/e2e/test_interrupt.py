@@ -118,3 +118,13 @@ def test_with_a_frozen_vehicle(sandbox):
     # Everybody waits for it once the others' logs, written four times a second, have stopped.
     sandbox.wait_for(lambda: time.time() - truth.stat().st_mtime > 0.6, "a stand-still")
     interrupt(sandbox, process)
+
+
+@pytest.mark.parametrize("coordinators", ["central", "per-robot"])
+def test_with_everybody_frozen(sandbox, coordinators):
+    process = long_run(sandbox, "--speed=1", "--set", f"team.coordinators={coordinators}")
+    sandbox.wait_for_run()
+    for pid in sandbox.processes().keys() - {process.pid}:
+        os.kill(pid, signal.SIGSTOP)
+    done = interrupt(sandbox, process)
+    assert done.report["partial"]

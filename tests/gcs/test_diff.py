@@ -1,5 +1,6 @@
 """Where two runs part is found to the field, in fleet time, and said in words and as JSON."""
 
+import hashlib
 import json
 from itertools import takewhile
 from pathlib import Path
@@ -59,6 +60,10 @@ def usual(ticks=5, system_id=1):
     return link
 
 
+def frames(link):
+    return [frame for _, frame in link.entries]
+
+
 def flown(folder, links, *, epoch=SIMULATED_EPOCH_US, seed=1, ended=True, **report):
     """Write what a run would leave."""
     folder.mkdir()
@@ -71,7 +76,11 @@ def flown(folder, links, *, epoch=SIMULATED_EPOCH_US, seed=1, ended=True, **repo
             log.write(epoch + round(at * 1e6), frame)
         log.close()
     if ended:
-        facts = {"lockstep": True, "digest": "0" * 64, **report}
+        said = b"".join(
+            frame for name in sorted(links, key=IDS.get) for frame in frames(links[name])
+        )
+        digest = hashlib.sha256(said).hexdigest() if said else None
+        facts = {"lockstep": True, "digest": digest, "ticks": len(said), **report}
         (folder / "report.json").write_text(json.dumps(facts))
     return folder
 
@@ -94,7 +103,9 @@ def told(tmp_path, capsys):
 def test_equal_runs_are_equal(told):
     two = {"rover1": usual(), "quad1": usual(system_id=4)}
     code, lines = told(two, two)
-    assert (code, lines) == (0, ["equal: 2 vehicles, 20 messages, digest 0000000000000000"])
+    bytes_of_all = b"".join([*frames(two["rover1"]), *frames(two["quad1"])])
+    digest = hashlib.sha256(bytes_of_all).hexdigest()
+    assert (code, lines) == (0, [f"equal: 2 vehicles, 20 messages, digest {digest[:16]}"])
 
 
 def test_the_field_is_named_with_as_few_digits_as_tell_the_values_apart(told):
@@ -229,6 +240,27 @@ def test_outside_clients_errors_and_other_machines_are_noted(told):
     ]
 
 
+def test_a_compiled_run_is_told_from_a_pure_one(told):
+    link = {"rover1": usual()}
+    _, lines = told(link, link, {"compiled": "compiled"}, {"compiled": "pure Python"})
+    assert lines[0] == "compiled: compiled | pure Python"
+
+
+def test_what_an_older_report_does_not_say_is_absent(told):
+    link = {"rover1": usual()}
+    _, lines = told(link, link, {"compiled": "pure Python"})
+    assert lines[0] == "compiled: pure Python | -"
+
+
+def test_runs_that_never_ticked_are_said_to_show_nothing(told):
+    refused = {"error": "quad1: not ready"}
+    code, lines = told({"rover1": Link()}, {"rover1": Link()}, refused, refused)
+    assert code == 0
+    said = "no messages in either run (they ended before the first tick): nothing is compared"
+    assert said in lines
+    assert lines[-1].startswith("equal: 1 vehicle, 0 messages")
+
+
 def test_of_a_run_that_was_killed_what_there_is_is_compared(told, tmp_path):
     code, lines = told({"rover1": usual(2)}, {"rover1": usual(5)}, {"ended": False})
     assert code == 1
@@ -262,7 +294,88 @@ def test_free_runs_are_compared_by_contents_and_said_to_be_what_they_are(told):
         {"epoch": now + 7, "lockstep": False},
     )
     assert len([line for line in lines if "never equal byte for byte" in line]) == 2
-    assert "rover1 at 1.00 s: ATTITUDE.roll (vehicle to ground): 0.5 | 0.6" in lines
+    assert "rover1 at 1.00 s | 1.01 s: ATTITUDE.roll (vehicle to ground): 0.5 | 0.6" in lines
+
+
+def test_where_a_clock_ran_free_nothing_is_called_missing_and_each_run_has_its_own_times(told):
+    """A heartbeat comes sooner or later; the other run has it as well."""
+    a = Link().told(0.05, heartbeat()).told(0.1, attitude(0.1)).told(1.05, heartbeat())
+    b = Link().told(0.0, heartbeat()).told(0.02, heartbeat()).told(0.03, attitude(0.1))
+    _, lines = told({"rover1": a}, {"rover1": b}, None, {"lockstep": False, "digest": None})
+    assert lines[1:] == [
+        "rover1 at 0.10 s | 0.02 s: ATTITUDE | HEARTBEAT (vehicle to ground)",
+        "  before: 1 message of rover1 equal, the last:",
+        "    0.05 s  HEARTBEAT (vehicle to ground)",
+    ]
+
+
+def test_what_went_before_is_told_by_the_clock_of_the_run_that_goes_on(told):
+    a, b = Link().told(7.0, heartbeat()), Link().told(0.0, heartbeat()).told(1.0, attitude(1.0))
+    _, lines = told({"rover1": a}, {"rover1": b}, None, {"lockstep": False, "digest": None})
+    assert lines[1].startswith("rover1 at 1.00 s: A has ended")
+    assert lines[-1] == "    0.00 s  HEARTBEAT (vehicle to ground)"
+
+
+def test_runs_without_a_vehicle_in_common_are_not_called_equal(told):
+    code, lines = told({"rover1": usual()}, {"quad1": usual(system_id=4)})
+    assert code == 1
+    assert lines[-1] == "no vehicle in common: nothing is compared"
+    assert not [line for line in lines if line.startswith("equal")]
+
+
+def cut(folder, missing):
+    """Take so many bytes (None: all) off the end of a rover's log."""
+    log = folder / "vehicles/rover1/rover1.tlog"
+    log.write_bytes(log.read_bytes()[:-missing] if missing else b"")
+    return log
+
+
+ENTRY = 8 + len(frames(usual())[-1])
+
+
+@pytest.mark.parametrize(
+    ("missing", "said"),
+    [
+        (11, "rover1.tlog is torn at byte {last}, where the last message is cut short"),
+        (None, "rover1.tlog is empty"),
+        (ENTRY, "its logs give digest "),
+    ],
+)
+def test_a_log_that_has_lost_its_end_is_said_first(tmp_path, capsys, missing, said):
+    a = flown(tmp_path / "a", {"rover1": usual()})
+    b = flown(tmp_path / "b", {"rover1": usual()}, seed=2)
+    said = said.format(last=(b / "vehicles/rover1/rover1.tlog").stat().st_size - ENTRY)
+    cut(b, missing)
+    assert main(["diff", str(a), str(b)]) == 1
+    assert capsys.readouterr().out.splitlines()[2].startswith(f"B: {said}")
+    assert main(["diff", "--json", str(a), str(b)]) == 1
+    assert json.loads(capsys.readouterr().out)["notes"][0].startswith(f"B: {said}")
+
+
+def test_logs_torn_alike_are_not_called_equal_runs(tmp_path, capsys):
+    a, b = (flown(tmp_path / name, {"rover1": usual()}) for name in "ab")
+    for run in (a, b):
+        cut(run, 11)
+    assert main(["diff", str(a), str(b)]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == "equal as far as the logs go: 9 messages"
+
+
+@pytest.mark.parametrize("back", [1, 2, 15])  # in the checksum, and in the payload
+def test_a_flipped_bit_is_a_damaged_frame_and_not_a_value(tmp_path, capsys, back):
+    a, b = (flown(tmp_path / name, {"rover1": usual()}) for name in "ab")
+    log = b / "vehicles/rover1/rover1.tlog"
+    data = bytearray(log.read_bytes())
+    data[-back] ^= 4
+    log.write_bytes(data)
+    text = (
+        "rover1 at 0.25 s: SET_POSITION_TARGET_LOCAL_NED (ground to vehicle): a frame that is"
+        " damaged in B (its checksum is wrong)"
+    )
+    assert main(["diff", str(a), str(b)]) == 1
+    assert text in capsys.readouterr().out.splitlines()
+    assert main(["diff", "--json", str(a), str(b)]) == 1
+    parting = json.loads(capsys.readouterr().out)["first"]["parting"]
+    assert (parting["damaged_in"], parting["fields"]) == (["B"], [])
 
 
 def test_a_message_of_another_dialect_is_compared_by_its_bytes(told):
@@ -278,11 +391,13 @@ def test_a_message_of_another_dialect_is_compared_by_its_bytes(told):
 
 
 def test_json_tells_the_same(tmp_path, capsys):
-    a = flown(tmp_path / "a", {"rover1": usual(1).asked(1.0, target(1.0, float("nan")))})
+    link = usual(1).asked(1.0, target(1.0, float("nan")))
+    a = flown(tmp_path / "a", {"rover1": link}, compiled="compiled")
     b = flown(tmp_path / "b", {"rover1": usual(1).asked(1.0, target(1.0))}, seed=2)
     assert main(["diff", "--json", str(a), str(b)]) == 1
     told = json.loads(capsys.readouterr().out)
     assert told["equal"] is False
+    assert told["a"]["compiled"] == "compiled"
     assert told["settings"] == [{"key": "seed", "a": 1, "b": 2}]
     parting = told["first"]["parting"]
     assert (told["first"]["vehicle"], parting["time_s"]) == ("rover1", 1.0)

@@ -7,7 +7,7 @@ from pymavlink import mavutil
 
 from mavherd.transport.errors import MavherdError
 from mavherd.transport.mavlink import Codec, mav
-from mavherd.transport.tlog import TlogWriter, digest, read_tlog
+from mavherd.transport.tlog import TlogWriter, digest, read_tlog, torn_at
 
 EPOCH_US = 1_767_225_600_000_000
 
@@ -73,8 +73,12 @@ def test_a_torn_tail_ends_it_after_the_last_whole_frame(tmp_path):
     for missing in range(1, last):
         torn.write_bytes(whole[:-missing])
         assert len(list(read_tlog(torn))) == 9
+        assert torn_at(torn) == len(whole) - last
     torn.write_bytes(b"")
     assert list(read_tlog(torn)) == []
+    assert torn_at(torn) == 0
+    torn.write_bytes(whole[:-last])
+    assert torn_at(torn) is None
 
 
 def test_another_kind_of_file_is_named(tmp_path):

@@ -3,7 +3,7 @@
 import pytest
 
 from mavherd.gcs.cli import main
-from mavherd.gcs.run import launcher
+from mavherd.gcs.run import keys, launcher
 from mavherd.transport.errors import MavherdError
 
 EXTERNAL = "--set=robots.quad1.connect={}"
@@ -115,6 +115,19 @@ def test_a_run_can_begin_paused_and_at_a_speed(begins):
     _, options, _ = begins("one-quad", "--speed", "max")
     assert not options.paused
     assert options.speed is None
+
+
+def test_who_begins_paused_in_one_process_needs_keys_to_resume_it(refused, monkeypatch):
+    words = "one-quad", "--in-process", "--paused"
+    monkeypatch.setattr(keys, "keys_of_terminal", lambda: None)
+    assert refused(*words).startswith("mavherd: --paused: with --in-process only the keys")
+
+
+def test_at_a_terminal_a_run_in_one_process_can_begin_paused(begins, monkeypatch):
+    monkeypatch.setattr(keys, "keys_of_terminal", lambda: keys.Keys(0))
+    _, options, _ = begins("one-quad", "--in-process", "--paused")
+    assert options.paused
+    assert options.in_process
 
 
 @pytest.mark.parametrize("option", ["--paused", "--in-process"])

@@ -101,7 +101,7 @@ def test_toggle_is_pause_and_resume():
 def test_asking_and_asking_again_changes_nothing():
     c = control()
     assert not c.order("status", 100.0)
-    assert c.order("PAUSE", 100.0)
+    assert c.order("pause", 100.0)
     assert not c.order(" pause ", 101.0)
     assert c.status() == {"t": 0.0, "paused": True, "speed": "max"}
 
@@ -190,7 +190,7 @@ def test_a_tick_is_late_once_however_late_it_is():
         ("speed", "no command"),
         ("speed 0", "expected a factor of 0.01..1000, or max"),
         ("speed nan", "expected a factor of 0.01..1000, or max"),
-        ("speed \x1b[2J", r"speed '\x1b[2j'"),
+        ("speed \x1b[2J", r"speed '\x1b[2J'"),
         ("\x1b[2J\u202e", r"\x1b[2J\u202e"),
         ("x" * 10_000, "xxx... is no command"),
     ],

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 
 from mavherd.gcs.run.clock_control import FREE, ClockControl
-from mavherd.gcs.run.clock_desk import ClockDesk
+from mavherd.gcs.run.clock_desk import OVER, ClockDesk
 from mavherd.transport.bus import Bus
 
 PATIENCE = 10.0
@@ -84,6 +84,13 @@ def test_steps_are_answered_when_they_are_done(buses):
         assert desk.ask("step") == (True, {"t": 1.05, "paused": True, "speed": "max"})
 
 
+def test_capitals_and_spaces_make_no_difference(buses):
+    with running(buses, paused()) as desk:
+        assert desk.ask(" STEP  20\n") == (True, {"t": 1.0, "paused": True, "speed": "max"})
+        assert desk.ask("Speed MAX")[0]
+    assert [e["text"] for e in desk.events] == ["step 20"]
+
+
 def test_steps_that_are_called_off_are_answered_too(buses):
     control = ClockControl(0.05, 0.01, paused=True, wall=time.monotonic())  # 5 s for each
     with running(buses, control) as desk:
@@ -95,6 +102,23 @@ def test_steps_that_are_called_off_are_answered_too(buses):
         assert desk.ask("pause")[1]["paused"]
         waiting.join()
     assert answers[0][1]["t"] < 100 * 0.05
+
+
+def test_who_asks_when_all_is_over_is_told_so(buses):
+    router, client = buses
+    heard = []
+    desk = ClockDesk(router, paused(), heard.append)
+    answers = []
+    asking = threading.Thread(
+        target=lambda: answers.append(client.ask("clock/command", "pause", PATIENCE))
+    )
+    asking.start()
+    while not answers:  # the order is under way, at first
+        desk.close()
+        time.sleep(0.005)
+    asking.join()
+    assert answers == [(False, OVER)]
+    assert not heard
 
 
 def test_garbage_is_refused_with_a_reason_and_an_event(buses):

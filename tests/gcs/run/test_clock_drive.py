@@ -1,5 +1,6 @@
 """A run lasts as long as its scenario says, to the tick, however many ticks go at once."""
 
+import json
 import socket
 import threading
 import time
@@ -119,6 +120,23 @@ def test_time_that_stood_still_is_no_part_of_what_a_run_took(endpoint):
     began = time.monotonic()
     run = stage.run(1.0, go_on)
     assert 0 < run.wall_s < time.monotonic() - began - 0.3
+
+
+@pytest.mark.parametrize("steps", [20, 21, 400])
+def test_steps_that_outlive_the_run_are_answered_when_it_ends(endpoint, steps):
+    stage = Stage(endpoint, paused=True)
+    answers = []
+
+    def step():
+        with Bus.client(endpoint, "run1") as client:
+            while not client.ask("clock/command", "status", 5.0):
+                pass
+            answers.append(client.ask("clock/command", f"step {steps}", 20.0))
+
+    stage.run(1.0, step)
+    assert stage.clock.ticks == 20
+    assert answers[0].granted
+    assert json.loads(answers[0].text)["t"] == 1.0
 
 
 class Witness(Unseen):

@@ -1,8 +1,12 @@
 """The fleet clock: a run lasts as long as its scenario says, from when all could begin."""
 
+import socket
+from contextlib import closing
+
 import pytest
 
-from mavherd.gcs.run.conductor import Clock, CoordinatorHandle
+from mavherd.gcs.run.conductor import Clock, CoordinatorHandle, Died, Lockstep
+from mavherd.transport.channel import Channel
 from mavherd.transport.errors import VehicleError
 
 
@@ -40,3 +44,28 @@ def test_events_come_before_the_error_that_they_explain():
     with pytest.raises(VehicleError, match="quad1 is lost"):
         c.take(c.coordinators[0], {"events": [{"text": "silent"}], "error": "quad1 is lost"})
     assert seen == [{"text": "silent"}]
+
+
+def test_who_gives_up_tells_how_far_it_came():
+    c = clock(True)
+    c.now, c.ticks = 29.5, 590
+    with pytest.raises(VehicleError, match="refused"):
+        c.take(c.coordinators[0], {"error": "refused", "done": [30.15, 603]})
+    assert (c.now, c.ticks) == (30.15, 603)
+
+
+@pytest.mark.parametrize("ask", [lambda c: c.advance(50_000), lambda c: c.look()])
+@pytest.mark.parametrize("gone", [False, True])
+def test_last_words_pass_for_no_answer(ask, gone):
+    ours, theirs = map(Channel, socket.socketpair())
+    seen = []
+    with closing(ours), closing(theirs):
+        c = Lockstep([], [CoordinatorHandle("c0", ours)], lambda: False, seen.append)
+        facts = {"late": 0, "ticks": 0}
+        theirs.send({"parted": facts, "events": [{"text": "begun"}], "done": [0.3, 6]})
+        if gone:
+            theirs.close()
+        with pytest.raises(Died, match=r"c0 died at 0\.30 s"):
+            ask(c)
+        assert c.coordinators[0].parted
+    assert (c.now, c.ticks, seen) == (0.3, 6, [{"text": "begun"}])

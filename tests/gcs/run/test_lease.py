@@ -1,5 +1,6 @@
 """Two runs at the same time do not send as the same systems to the same ports."""
 
+import os
 from contextlib import ExitStack
 
 import pytest
@@ -9,20 +10,21 @@ from mavherd.gcs.run.lease import leased
 from mavherd.gcs.run.ports import PortPlan
 from mavherd.transport.errors import LinkError
 
+OURS = 1_000_000 * os.getpid()  # far above every port: no run on this machine has or wants it
+
 
 @pytest.fixture(autouse=True)
 def _private(monkeypatch):
-    """Numbers that no run on this machine has or wants."""
-    monkeypatch.setattr(lease, "GCS_UDP", 20000)
-    monkeypatch.setattr(lease, "API_UDP", 19990)
+    monkeypatch.setattr(lease, "GCS_UDP", OURS + 20)
+    monkeypatch.setattr(lease, "API_UDP", OURS + 10)
 
 
 def test_the_first_has_the_standard_ports_and_the_next_others():
     with leased(PortPlan()) as first, leased(PortPlan(tcp=0)) as second:
         assert first == PortPlan()
-        assert second == PortPlan(gcs_udp=21000, api_udp=20990, tcp=0)
+        assert second == PortPlan(gcs_udp=OURS + 1020, api_udp=OURS + 1010, tcp=0)
         with leased(PortPlan(gcs_udp=5)) as third:
-            assert third == PortPlan(gcs_udp=5, api_udp=21990)
+            assert third == PortPlan(gcs_udp=5, api_udp=OURS + 2010)
 
 
 def test_ports_are_free_again_when_a_run_has_ended():

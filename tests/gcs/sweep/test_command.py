@@ -2,7 +2,9 @@
 
 import argparse
 import json
+import os
 import re
+import signal
 from pathlib import Path
 
 import pytest
@@ -91,6 +93,23 @@ def test_a_sweep_ends_with_a_summary_alone_on_stdout(here, dash, capsys):
     assert folder.name.startswith("dash-")
     assert (told["runs"], len(told["points"]), told["failed"]) == (6, 2, 0)
     assert f"sweep folder {folder}" in err
+
+
+def test_ctrl_c_while_the_summary_is_made_ends_it(here, dash, capsys, monkeypatch):
+    from mavherd.gcs.sweep import figures
+
+    def interrupted(folder, summary):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(figures, "draw", interrupted)
+    words = dash, "--seeds", "0:3", "--out", "out"
+    assert sweep(*words) == 130
+    how = "3 of 3 runs are done (go on with: mavherd sweep --resume out)"
+    assert how in capsys.readouterr().err
+    monkeypatch.undo()
+    monkeypatch.chdir(here)
+    assert sweep("--resume", "out") == 0
+    assert Path("out", folders.FIGURES, "rates.png").exists()
 
 
 def test_the_scenarios_own_seed_is_the_default(here, dash, capsys):

@@ -118,6 +118,43 @@ def test_an_interrupted_sweep_goes_on_where_it_was(sweep, view):
     assert table_of(s)["run"].to_pylist() == list(range(12))
 
 
+def test_what_fails_while_everybody_is_told_to_end_is_done_again(sweep, view):
+    """A signal to the whole group may end a run's vehicles before the run has noticed its own."""
+    came = []
+
+    class Group:
+        slots = 2
+
+        def __init__(self):
+            self.jobs = []
+
+        def submit(self, job):
+            self.jobs.append(job)
+
+        def take(self, timeout):
+            jobs, self.jobs = self.jobs, []
+            if jobs:
+                came.append(signal.SIGTERM)
+            codes = {0: 1, 1: 3}
+            return [Ended(job, {"exit_code": codes[job.number]}) for job in jobs]
+
+        def stop(self):
+            pass
+
+    s = sweep(seeds=(0, 1))
+    with pytest.raises(SweepInterruptedError, match="1 of 2 runs are done"):
+        s.conduct(Group, view, lambda: bool(came))
+    assert [(row["run"], row["exit_code"]) for row in view.rows] == [(0, 1)]
+
+
+def test_an_interruption_after_the_last_row_is_one(sweep, view):
+    s = sweep(seeds=(0, 1))
+    with pytest.raises(SweepInterruptedError, match="2 of 2 runs are done"):
+        s.conduct(pool_of(s, view), view, after(2, view))
+    s.conduct(None, view, never)
+    assert table_of(s)["run"].to_pylist() == [0, 1]
+
+
 def test_a_torn_last_row_is_told_and_done_again(sweep, view):
     s = sweep(seeds=tuple(range(6)))
     with pytest.raises(SweepInterruptedError):

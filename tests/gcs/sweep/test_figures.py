@@ -75,6 +75,18 @@ def test_numbers_make_lines_over_their_axis(drawn):
     assert list(lines["law off"].get_ydata()) == [7 / 8, 6 / 8, 4 / 8]
 
 
+@pytest.mark.parametrize(
+    ("lines", "said"), [(8, ""), (9, "the first 8 of 9 lines; the summary has all")]
+)
+def test_lines_that_have_no_colour_left_are_said_to_be_missing(drawn, lines, said):
+    rates = ("4", "5", "6.25", "10", "12.5", "20", "25", "50", "100")[:lines]
+    longer = tuple(f"0.{k}" for k in range(len(rates) + 1))
+    made = drawn(lambda *_: ROW, rate_hz=rates, start_sigma_m=longer)
+    for picture in made.values():
+        assert len(picture.axes[0].get_legend().get_texts()) == 8
+        assert picture.axes[0].get_title(loc="right") == said
+
+
 def test_the_contact_distance_is_marked_where_it_matters(drawn):
     near = drawn(lambda *_: ROW)["distributions"].axes[0]
     far = drawn(lambda *_: ROW | {"min_separation_rover_rover_m": 9.0})["distributions"].axes[0]

@@ -1,5 +1,6 @@
 """A pool does each job once in real processes, whatever happens to them."""
 
+import multiprocessing
 import os
 import signal
 import time
@@ -23,9 +24,9 @@ def pool():
     """Make pools: pool(task, workers); `said` has what they told."""
     made = []
 
-    def make(task, workers=2):
+    def make(task, workers=2, interrupted=lambda: False):
         said = []
-        each = LocalPool(task, workers, said.append)
+        each = LocalPool(task, workers, said.append, interrupted)
         each.said = said
         made.append(each)
         return each
@@ -156,6 +157,52 @@ def test_an_interrupted_run_is_no_result(pool, tmp_path):
     each = pool(interrupted, workers=1)
     assert all_of(each, jobs(1))[0]["exit_code"] == 0
     assert len(each.said) == 1
+
+
+def test_an_interrupted_run_is_no_attempt(pool, tmp_path):
+    """It is done again although its worker has died before."""
+
+    def killed_then_interrupted(job):
+        if not (tmp_path / "killed").exists():
+            (tmp_path / "killed").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if not (tmp_path / "interrupted").exists():
+            (tmp_path / "interrupted").touch()
+            return {"exit_code": 130, "error": "interrupted"}
+        return answer(job)
+
+    assert all_of(pool(killed_then_interrupted), jobs(1))[0]["exit_code"] == 0
+
+
+@pytest.mark.parametrize("end", [130, -signal.SIGTERM], ids=str)
+def test_once_interrupted_rows_are_taken_and_nothing_is_begun(pool, tmp_path, end):
+    """Job 1 ends its worker as a signal to the whole group may; job 2 would be the next."""
+    came = []
+
+    def ends(job):
+        (tmp_path / str(job.number)).touch()
+        if job.number != 1:
+            return answer(job)
+        wait_for((tmp_path / "end").exists)
+        if end < 0:
+            os.kill(os.getpid(), -end)
+        os._exit(end)
+
+    each = pool(ends, interrupted=lambda: bool(came))
+    for job in jobs(3):
+        each.submit(job)
+    wait_for(lambda: (tmp_path / "0").exists() and (tmp_path / "1").exists())
+    before = multiprocessing.active_children()
+    came.append(signal.SIGINT)
+    (tmp_path / "end").touch()
+    wait_for(lambda: len(multiprocessing.active_children()) < len(before))
+    ended = []
+    wait_for(lambda: ended.extend(each.take(0.1)) or ended)
+    ended += each.take(0)
+    assert [job.number for job, _ in ended] == [0]
+    assert each.said == []
+    assert set(multiprocessing.active_children()) < set(before)
+    assert not (tmp_path / "2").exists()
 
 
 def test_ctrl_c_is_not_for_workers(pool):

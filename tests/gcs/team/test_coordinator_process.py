@@ -1,10 +1,14 @@
-"""A coordinator's process: states that were missed while joining are sent again."""
+"""A coordinator's process: states that were missed are sent again; last words tell how far."""
 
 import socket
 import threading
+from contextlib import ExitStack
 
 import pytest
 
+from mavherd.gcs.run.children import converse, hand_over
+from mavherd.gcs.run.onboard import vehicle_config
+from mavherd.gcs.run.ports import free_tcp_port
 from mavherd.gcs.team.coordinator_process import CoordinatorProcess, Job
 from mavherd.scenarios.loader import load_scenario, scenario_to_yaml
 from mavherd.transport.bus import Bus
@@ -12,12 +16,19 @@ from mavherd.transport.channel import Channel, ChannelClosed
 from mavherd.transport.links import socket_pair_udp
 from mavherd.transport.wire import Phase, VehicleState, pack_state, unpack_state
 from mavherd.vehicles.grants import DONE, GRANT
+from mavherd.vehicles.lockstep import advance
+from mavherd.vehicles.vehicle import Vehicle
 
 PAIR = """
 name: pair
 robots:
   - {name: a, kind: rover, start: {east: 0, north: 0}, goto: {east: 4, north: 0}}
   - {name: b, kind: rover, start: {east: 0, north: 9}, goto: {east: 4, north: 9}}
+"""
+ONE = """
+name: one
+robots:
+  - {name: a, kind: rover, start: {east: 0, north: 0}, goto: {east: 4, north: 0}}
 """
 UNKNOWN = VehicleState(
     "b", 2, 1, -1.0, (0, 0, 0), (0, 0, 0), (1, 0, 0, 0), 0, armed=False, phase=Phase.WAITING
@@ -74,3 +85,41 @@ def test_who_subscribes_after_the_tick_still_gets_its_states(tmp_path, endpoint)
             process.close()
             control.close()
             theirs.close()
+
+
+@pytest.mark.parametrize(("period_us", "last_words"), [(50_000, "died"), ("?", "parted")])
+def test_who_breaks_off_in_mid_batch_says_how_far_it_came(tmp_path, period_us, last_words):
+    """Of the first tick no answer tells: the second one fails, by a death or by a bug."""
+    (tmp_path / "one.yaml").write_text(ONE)
+    scenario = load_scenario(tmp_path / "one.yaml")
+    (tmp_path / "vehicles" / "a").mkdir(parents=True)
+    (tmp_path / "scenario.yaml").write_text(scenario_to_yaml(scenario))
+    vehicle = Vehicle(vehicle_config(scenario, *scenario.robots))
+    endpoint = f"tcp/127.0.0.1:{free_tcp_port()}"
+    with ExitStack() as stack:
+        stack.enter_context(Bus.router(endpoint, "r", reliable=True))
+        link, ours = map(stack.enter_context, socket_pair_udp())
+        control, its_control = map(stack.enter_context, socket.socketpair())
+        child, channel = converse("mavherd.gcs.team.coordinator_process")
+        stack.callback(child.end, 5.0)
+        stack.callback(channel.close)
+        hand_over(channel, [ours, its_control])
+        log, folder = str(tmp_path / "log.txt"), str(tmp_path)
+        channel.send(
+            {"log": log, "folder": folder, "run_id": "r", "endpoint": endpoint, "lockstep": True}
+            | {"own": ["a"], "linked": ["a"], "conducted": [("a", 7)]}
+        )
+        its_control.close()
+        assert channel.receive(20) == {"ready": True}
+        grant = {"until_us": 50_000, "period_us": period_us, "ticks": 9, "wall_s": 60.0}
+        channel.send(grant)
+        control.recv(GRANT.size)
+        link.send(b"".join(advance(vehicle, vehicle.converse(channel=None), [], 50_000, None)))
+        control.sendall(DONE.pack(50_000, 1, 0, 0))
+        if last_words == "died":
+            control.recv(GRANT.size)
+            control.close()
+        last = channel.receive(20)
+    assert last_words in last
+    assert last["done"] == [0.05, 1]
+    assert [event["t"] for event in last["events"]] == [0.05]
