@@ -1,10 +1,8 @@
 """The command line. Each subcommand is one small function; heavy imports happen inside them."""
 
 import argparse
-import os
 import re
 import sys
-from contextlib import suppress
 from typing import Any, NoReturn
 
 from ..transport.errors import MavherdError, os_reason
@@ -16,6 +14,7 @@ from .commands import run as run_command
 from .commands import sweep as sweep_command
 from .commands import vehicle as vehicle_command
 from .commands import version as version_command
+from .complaint import complain, give_up, settle
 
 _EPILOG = """\
 first steps:
@@ -40,23 +39,19 @@ def main(argv: list[str] | None = None) -> int:
             sys.stdout.flush()
         return code
     except MavherdError as error:
-        print(f"mavherd: {error}", file=sys.stderr)
+        complain(f"mavherd: {error}")
         return error.exit_code
     except KeyboardInterrupt:
-        print("mavherd: interrupted", file=sys.stderr)
+        complain("mavherd: interrupted")
         return 130
     except OSError as error:  # a full disk, or a closed pipe: `mavherd scenarios | head -1`
-        _give_up_stdout()
+        give_up(sys.stdout)
         if isinstance(error, BrokenPipeError):
             return 0
-        print(f"mavherd: {os_reason(error)}", file=sys.stderr)
+        complain(f"mavherd: {os_reason(error)}")
         return 2
-
-
-def _give_up_stdout() -> None:
-    """Have the interpreter's last flush go nowhere instead of failing again."""
-    with suppress(OSError, ValueError, AttributeError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    finally:
+        settle()
 
 
 def _scenarios(args: argparse.Namespace) -> int:

@@ -187,6 +187,8 @@ def _team(fields: Fields) -> Team:
         ready_timeout_s=fields.positive("ready_timeout_s", default.ready_timeout_s, high=LONG),
         at_end=fields.choice("at_end", AT_END, default.at_end),
         law_params={key: constants.number(key, low=-1e9, high=1e9) for key in constants},
+        law_at=fields.place("law"),
+        law_params_at=fields.place("law_params"),
     )
 
 

@@ -39,9 +39,13 @@ class Fields:
                 )
 
     def error(self, key: str, problem: str, hint: str = "") -> ScenarioError:
-        """Return the error for `key`, naming the line where it or, failing that, its mapping is."""
+        """Return the error for `key`, naming its place."""
+        return ScenarioError(self.place(key), problem, hint)
+
+    def place(self, key: str) -> str:
+        """Return the line where `key` or, failing that, its mapping is, and its path."""
         node = self._items.get(key)
-        return ScenarioError(self._at(node.where if node else self.where, key), problem, hint)
+        return self._at(node.where if node else self.where, key)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._items)

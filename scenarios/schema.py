@@ -125,6 +125,13 @@ class Team:
     ready_timeout_s: float = 120.0  # for external vehicles to get ready to arm
     at_end: str = "land"  # what external vehicles do when a run is broken off: land | hold | return
     law_params: dict[str, float] = field(default_factory=dict)  # k_f, kappa, ... by name
+    law_at: str = field(default="", compare=False, repr=False)  # where it is written, for errors
+    law_params_at: str = field(default="", compare=False, repr=False)
+
+    @property
+    def period_us(self) -> int:
+        """Return the length of a tick."""
+        return round(1.0 / self.rate_hz * 1e6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,11 +2,11 @@
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 from ...transport.errors import MavherdError
+from ..complaint import complain
 
 EPILOG = """\
 It is the SHA-256 over the coordinators' links, both directions, in order of system id. On stderr it
@@ -44,10 +44,9 @@ def run(args: argparse.Namespace) -> int:
     print(found)
     told = report.get("digest")
     if isinstance(told, str) and told != found:
-        print(
+        complain(
             f"mavherd: {folder}: report.json has digest {told[:16]}..., its logs give"
-            f" {found[:16]}... (they were changed after the run)",
-            file=sys.stderr,
+            f" {found[:16]}... (they were changed after the run)"
         )
     return 0
 

@@ -1,12 +1,13 @@
 """`mavherd run`: a scenario from start to report."""
 
 import argparse
-import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...transport.errors import MavherdError
 from ...vehicles.config import AUTOPILOTS
+from ..complaint import complain
 from .vehicle import port
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
             " their own (leave it out: the team runs free)"
         )
     lockstep = not (others or args.free_run)
-    _check_clock(args, lockstep)
+    _check_clock(args, lockstep, external(scenario))
     options = RunOptions(
         lockstep=lockstep,
         speed=_speed(args.speed, lockstep),
@@ -132,7 +133,7 @@ def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
         ports=PortPlan(gcs_udp=args.gcs_udp, api_udp=args.api_udp, tcp=args.tcp),
     )
     if others and not args.free_run:
-        print(f"note: the team runs free, on the wall clock; external: {others}", file=sys.stderr)
+        complain(f"note: the team runs free, on the wall clock; external: {others}")
     keys = keys_of_terminal() if lockstep else None
     if args.paused and args.in_process and keys is None:
         raise MavherdError(
@@ -143,15 +144,21 @@ def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
         outcome = Run(scenario, options, view, keys, head_start).execute()
     print_outcome(outcome)
     if error := outcome.report["error"]:
-        print(f"mavherd: {error}", file=sys.stderr)
+        complain(f"mavherd: {error}")
     if args.json:
         print((outcome.folder / "report.json").read_text(encoding="utf-8"), end="")
     return outcome.exit_code
 
 
-def _check_clock(args: argparse.Namespace, lockstep: bool) -> None:
-    """Refuse what free-running cannot do."""
+def _check_clock(args: argparse.Namespace, lockstep: bool, others: Collection[str]) -> None:
+    """Refuse what free-running cannot do; `others` are the external vehicles, which need it."""
     for option, given in (("--paused", args.paused), ("--in-process", args.in_process)):
+        if given and others:
+            keys = ", ".join(f"robots.{name}.connect" for name in others)
+            raise MavherdError(
+                f"{option}: the team runs free, on the wall clock, because of {keys}: external"
+                f" vehicles follow a clock of their own (leave out {option}, or `connect`)"
+            )
         if given and not lockstep:
             raise MavherdError(f"{option}: the team runs free, on the wall clock (leave it out)")
     ports = ("--gcs-udp", args.gcs_udp), ("--api-udp", args.api_udp), ("--tcp", args.tcp)

@@ -45,6 +45,11 @@ class Outcome:
     notes: list[str]  # for the user: what is missing and what to install
 
 
+def timed_out(scenario: Scenario) -> str:
+    """Return what is said of a run that was not done in its time."""
+    return f"timed out: not done after {scenario.duration:g} s of simulated time"
+
+
 def conclude(
     folder: Path,
     scenario: Scenario,

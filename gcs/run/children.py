@@ -134,7 +134,7 @@ class Nursery:
                 self._next(left)
         return self._exits.get(pid)
 
-    def close(self, timeout: float) -> None:
+    def close(self, timeout: float = _END_S) -> None:
         """End the nursery and every vehicle in it, who may take `timeout` seconds to finish."""
         self._channel.close()
         self._child.end(timeout)

@@ -203,10 +203,10 @@ class Crew:
     ) -> None:
         """End every process, coordinators first; nothing is left afterwards.
 
-        Only frozen processes make us wait, in a `hurry` not for long in all. Coordinators of external
-        vehicles bring those to rest first, which takes as long as a landing, and say so in events
-        for `note`; they are cut short when the user `insists`. Who has not come up yet has
-        nothing to finish, and may be in the midst of its imports: it is killed.
+        Only frozen processes make us wait, in a `hurry` not for long in all. Coordinators of
+        external vehicles bring those to rest first, which takes as long as a landing, and say so
+        in events for `note`; they are cut short when the user `insists`. Who has not come up yet
+        has nothing to finish, and may be in the midst of its imports: it is killed.
         """
         at_once = hurry and not self._is_up
         with self._sockets:
@@ -222,7 +222,7 @@ class Crew:
         deadline = deadline + _MORE_S if hurry else time.monotonic() + 2 * END_S
         if self._nursery:
             self._nursery.close(0.0 if at_once else left(deadline))
-        hurried = left(deadline + _MORE_S)
+        hurried = left(deadline + _MORE_S) if hurry else END_S
         if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted, hurried):
             self.partial = True
 

@@ -32,7 +32,7 @@ def drive(
     Time that stands still is no part of the run's wall time.
     """
     period, duration = 1.0 / run.scenario.team.rate_hz, run.scenario.duration
-    period_us = round(period * 1e6)
+    period_us = run.scenario.team.period_us
     begun = look_at = time.monotonic()
     control = ClockControl(period, run.options.speed, paused=run.options.paused, wall=begun)
     desk = ClockDesk(run.bus, control, run.note, keys)

@@ -9,7 +9,7 @@ from typing import Any
 from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.errors import VehicleError
-from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Ending, assess
+from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Ending, assess, timed_out
 from .in_process_run import InProcessRun
 from .in_process_team import InProcess
 from .open_run import RunOptions, Unseen
@@ -75,7 +75,7 @@ def _drive(
     team: InProcess, scenario: Scenario, interrupted: Callable[[], bool]
 ) -> tuple[int, str | None]:
     """Tick to the end; return the exit code so far and what went wrong."""
-    period_us = round(1e6 / scenario.team.rate_hz)
+    period_us = scenario.team.period_us
     try:
         while not team.finished and not team.expired(scenario.duration):
             if interrupted():
@@ -84,5 +84,5 @@ def _drive(
     except VehicleError as failure:
         return failure.exit_code, str(failure)
     if not team.finished:
-        return TIMED_OUT, f"timed out: not done after {scenario.duration:g} s of simulated time"
+        return TIMED_OUT, timed_out(scenario)
     return PASSED, None

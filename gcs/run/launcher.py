@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...scenarios.schema import Scenario
 from ...transport.errors import VehicleError, os_reason
-from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Outcome
+from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Outcome, timed_out
 from ..team.coordinator import check_laws
 from .conductor import Clock, Died, FreeRun, Interrupted, Lockstep
 from .drive import drive, listen
@@ -81,8 +81,7 @@ class Run:
             clock = run.start()
             self._conduct(run, clock)
             if not clock.finished:
-                limit = f"{self.scenario.duration:g} s of simulated time"
-                exit_code, error = TIMED_OUT, f"timed out: not done after {limit}"
+                exit_code, error = TIMED_OUT, timed_out(self.scenario)
         except Interrupted:
             exit_code, error = INTERRUPTED, "interrupted"
         except Died as died:

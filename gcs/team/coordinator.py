@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from ...scenarios.schema import Scenario
 from ...transport.frames import yaw_of
 from ...transport.wire import Phase, VehicleState
-from ..laws import Peer, make_law, reach_of
+from ..laws import LAWS, LawError, Peer, make_law, reach_of
 from ..safety.rest import ComeToRest, StayPut
 from ..station import StationError, Tap
 from .member import LOST_S, Conduct, Event, MakeConduct, Member
@@ -196,5 +196,10 @@ class Coordinator:
 
 def check_laws(scenario: Scenario) -> None:
     """Raise LawError now, not in a process of its own, when the team's law cannot be made."""
-    for kind in {spec.kind for spec in scenario.robots}:
-        make_law(scenario.team.law, kind=kind, v_max=1.0, params=scenario.team.law_params)
+    team = scenario.team
+    try:
+        for kind in {spec.kind for spec in scenario.robots}:
+            make_law(team.law, kind=kind, v_max=1.0, params=team.law_params)
+    except LawError as error:
+        place = team.law_params_at if team.law in LAWS else team.law_at
+        raise LawError(f"{place}: {error}" if place else str(error)) from None

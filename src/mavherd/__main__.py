@@ -12,7 +12,9 @@ def main() -> int:
 
         return command_line()
     except KeyboardInterrupt:
-        print("mavherd: interrupted", file=sys.stderr)
+        from .gcs.complaint import complain
+
+        complain("mavherd: interrupted")
         return 130
 
 

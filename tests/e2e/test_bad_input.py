@@ -85,6 +85,23 @@ def test_an_argument_that_cannot_be(sandbox, arguments, complaint):
     assert complaint in one_line(done)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ("run one-rover --in-process --no-record", 2),
+        ("sweep one-rover --seeds 0:2", 2),
+        ("run missing.yaml", 2),
+        ("fly", 2),
+        ("scenarios", 0),
+    ],
+)
+def test_stderr_that_cannot_be_written_does_not_look_like_a_failed_assertion(
+    sandbox, arguments, code
+):
+    full = "sh", "-c", 'exec "$@" 2>/dev/full', "full"
+    assert sandbox.run(*arguments.split(), prefix=full).code == code
+
+
 def test_a_port_that_is_taken(sandbox):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

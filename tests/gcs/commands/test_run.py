@@ -134,3 +134,11 @@ def test_at_a_terminal_a_run_in_one_process_can_begin_paused(begins, monkeypatch
 def test_what_only_lockstep_can_do_is_refused_when_running_free(refused, option):
     for free in ("--free-run", LOOPBACK):
         assert f"{option}: the team runs free" in refused("one-quad", free, option)
+
+
+@pytest.mark.parametrize("option", ["--paused", "--in-process"])
+def test_what_an_external_vehicle_rules_out_names_its_connect_and_the_cure(refused, option):
+    line = refused("one-quad", LOOPBACK, option)
+    assert line.startswith(f"mavherd: {option}: ")
+    assert "robots.quad1.connect" in line
+    assert line.endswith(f"(leave out {option}, or `connect`)")

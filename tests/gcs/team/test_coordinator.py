@@ -293,3 +293,24 @@ def test_a_law_that_cannot_be_made_is_known_before_the_run():
     check_laws(scenario)
     with pytest.raises(LawError):
         check_laws(replace(scenario, team=replace(scenario.team, law="nonsense")))
+
+
+@pytest.mark.parametrize(
+    ("team", "overrides", "said"),
+    [
+        ("{law: foo}", (), "{file}:2: team.law: unknown law 'foo' (known: "),
+        ("{law: safe}", ("team.law=foo",), "--set team.law=foo: team.law: unknown law 'foo'"),
+        (
+            "{law: safe, law_params: {no: 1}}",
+            (),
+            "{file}:2: team.law_params: law 'safe': unknown parameter 'no'",
+        ),
+    ],
+)
+def test_a_law_that_cannot_be_made_is_told_with_its_place(tmp_path, team, overrides, said):
+    file = tmp_path / "field.yaml"
+    robot = "{kind: rover, start: {east: 0, north: 0}, goto: {east: 5, north: 5}}"
+    file.write_text(f"name: field\nteam: {team}\nrobots: [{robot}]\n")
+    with pytest.raises(LawError) as error:
+        check_laws(load_scenario(file, overrides))
+    assert str(error.value).startswith(said.format(file=file))

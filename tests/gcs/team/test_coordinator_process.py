@@ -89,7 +89,7 @@ def test_who_subscribes_after_the_tick_still_gets_its_states(tmp_path, endpoint)
 
 @pytest.mark.parametrize(("period_us", "last_words"), [(50_000, "died"), ("?", "parted")])
 def test_who_breaks_off_in_mid_batch_says_how_far_it_came(tmp_path, period_us, last_words):
-    """Of the first tick no answer tells: the second one fails, by a death or by a bug."""
+    """Of the second tick no answer tells: the third one fails, by a death or by a bug."""
     (tmp_path / "one.yaml").write_text(ONE)
     scenario = load_scenario(tmp_path / "one.yaml")
     (tmp_path / "vehicles" / "a").mkdir(parents=True)
@@ -111,15 +111,20 @@ def test_who_breaks_off_in_mid_batch_says_how_far_it_came(tmp_path, period_us, l
         )
         its_control.close()
         assert channel.receive(20) == {"ready": True}
-        grant = {"until_us": 50_000, "period_us": period_us, "ticks": 9, "wall_s": 60.0}
-        channel.send(grant)
-        control.recv(GRANT.size)
-        link.send(b"".join(advance(vehicle, vehicle.converse(channel=None), [], 50_000, None)))
-        control.sendall(DONE.pack(50_000, 1, 0, 0))
+        talk = vehicle.converse(channel=None)
+        for until_us, period in (50_000, 50_000), (100_000, period_us):
+            grant = {"until_us": until_us, "period_us": period, "ticks": until_us // 50_000}
+            channel.send({**grant, "wall_s": 60.0})
+            control.recv(GRANT.size)
+            heard = [link.recv(65535)] if until_us > 50_000 else []
+            link.send(b"".join(advance(vehicle, talk, heard, until_us, None)))
+            control.sendall(DONE.pack(until_us, 1, 0, 0))
+            if until_us == 50_000:
+                assert channel.receive(20)["ticks"] == 1
         if last_words == "died":
             control.recv(GRANT.size)
             control.close()
         last = channel.receive(20)
     assert last_words in last
-    assert last["done"] == [0.05, 1]
-    assert [event["t"] for event in last["events"]] == [0.05]
+    assert last["done"] == [100_000 * 1e-6, 2]
+    assert [event["vehicle"] for event in last["events"]] == ["a"]

@@ -1,0 +1,31 @@
+"""What a person is told on stderr, which may be full, closed or nobody's any more."""
+
+import os
+import sys
+from contextlib import suppress
+from typing import TextIO
+
+
+def complain(text: str) -> None:
+    """Print one line on stderr; when that cannot be, the exit code still says what happened."""
+    if sys.stderr is None:
+        return
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except (OSError, ValueError):  # ValueError: closed
+        give_up(sys.stderr)
+
+
+def settle() -> None:
+    """Write out what stderr still holds; a failure must not become the exit code."""
+    try:
+        if sys.stderr is not None:
+            sys.stderr.flush()
+    except (OSError, ValueError):
+        give_up(sys.stderr)
+
+
+def give_up(stream: TextIO | None) -> None:
+    """Have a stream's last flush, by the interpreter, go nowhere instead of failing again."""
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # type: ignore[union-attr]
