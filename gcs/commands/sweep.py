@@ -185,13 +185,16 @@ def _conduct(sweep: "Sweep", jobs: int, view: "SweepView") -> dict[str, object]:
 
 @contextmanager
 def _signals() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C and SIGTERM instead of falling over them; yield whether one came."""
+    """Note signals that end programs instead of falling over them; yield whether one came."""
     came: list[int] = []
+    ends = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # not under nohup
+        ends.append(signal.SIGHUP)
 
     def note(signum: int, frame: FrameType | None) -> None:
         came.append(signum)
 
-    before = {s: signal.signal(s, note) for s in (signal.SIGINT, signal.SIGTERM)}
+    before = {each: signal.signal(each, note) for each in ends}
     try:
         yield lambda: bool(came)
     finally:

@@ -139,7 +139,9 @@ def test_a_worker_that_is_killed_is_replaced_and_its_run_done_again(sandbox, hal
     assert [row["seed"] for row in table(sandbox)] == list(range(seeds))
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda s: s.name
+)
 def test_an_interrupted_sweep_says_how_to_go_on(sandbox, halfway, how):
     process, seeds = halfway(2)
     process.send_signal(how)
