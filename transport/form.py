@@ -41,7 +41,9 @@ def make_form(kind: Any, base: Any) -> Form:
         "_text": _text,
         "_unpack": kind.unpacker.unpack_from,
     }
-    exec(_source(kind), code)  # noqa: S102 - as namedtuple does; of the dialect's names only
+    # Compiled first: Ctrl-C in the exec of a text ends Python by SIGINT, caught or not.
+    program = compile(_source(kind), f"<{kind.msgname}>", "exec")
+    exec(program, code)  # noqa: S102 - as namedtuple does; of the dialect's names only
     code["__init__"].__defaults__ = kind.__init__.__defaults__
     body = {
         "__doc__": kind.__doc__,

@@ -3,6 +3,8 @@
 import copy
 import pickle
 import struct
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given, settings
@@ -206,6 +208,26 @@ def test_messages_are_of_one_class_whoever_made_them():
     assert heard == Codec(1).decode(Codec(7).encode([sent]))[0] != sent
     for copied in (copy.deepcopy(heard), pickle.loads(pickle.dumps(heard))):
         assert as_told(copied) == as_told(heard)
+
+
+INTERRUPTED = """
+import contextlib
+from pymavlink.dialects.v20 import ardupilotmega
+from mavherd.transport import form
+
+source = form._source
+press = "import os, signal; os.kill(os.getpid(), signal.SIGINT)\\n"
+form._source = lambda kind: press + source(kind)
+try:
+    form.make_form(ardupilotmega.MAVLink_heartbeat_message, object)
+except KeyboardInterrupt:
+    print("caught")
+"""
+
+
+def test_ctrl_c_while_a_class_is_made_is_like_any_other():
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "caught\n", "")
 
 
 def test_the_dialect_is_pymavlinks():
