@@ -12,6 +12,7 @@ from ...scenarios.schema import RobotSpec, Scenario
 from .contact import Collision, Pair
 from .judge import ClassResult, RobotResult, Verdict
 from .page import page
+from .plain import plain
 from .states import write_states
 from .truth import Track
 
@@ -88,7 +89,7 @@ def build_report(scenario: Scenario, verdict: Verdict, facts: RunFacts) -> dict[
         "platform": facts.platform,
         "ports": facts.ports,
     }
-    return dict(_plain(report))
+    return dict(plain(report))
 
 
 def dump_report(report: Mapping[str, Any]) -> str:
@@ -179,14 +180,3 @@ def _robot(r: RobotResult) -> dict[str, Any]:
         "nearest_separation_m": r.nearest_separation,
         "source": r.source,
     }
-
-
-def _plain(value: Any) -> Any:
-    """Return `value` with what JSON cannot say replaced by None."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value

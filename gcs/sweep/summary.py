@@ -1,8 +1,7 @@
 """From a sweep's table to its summary: rates, medians, intervals, and the runs to look at."""
 
-import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy.typing as npt
 
 from ...scenarios.schema import Goto, Scenario
 from ..report.outcome import TIMED_OUT
+from ..report.plain import plain
 from .columns import JUDGED
 from .intervals import LEVEL, Median, Rate, median, wilson
 from .plan import Plan
@@ -121,7 +121,7 @@ class Summary:
             "failures": self._failures(failures.tolist(), source),
             "run_wall_s": float(np.nansum(self._column("wall_s"))),
         }
-        return dict(_plain(tree))
+        return dict(plain(tree))
 
     def _point(self, point: int) -> dict[str, Any]:
         judged = self.judged[point :: self.plan.points]
@@ -174,14 +174,3 @@ class Summary:
 
 def _count(n: int, word: str) -> str:
     return f"{n} {word}{'s' * (n > 1)}"
-
-
-def _plain(value: Any) -> Any:
-    """Return `value` as JSON can say it: inf and NaN are null."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
