@@ -14,7 +14,7 @@ from .commands import run as run_command
 from .commands import sweep as sweep_command
 from .commands import vehicle as vehicle_command
 from .commands import version as version_command
-from .complaint import complain, give_up, settle
+from .complaint import complain, give_up, interrupted, settle
 
 _EPILOG = """\
 first steps:
@@ -42,8 +42,7 @@ def main(argv: list[str] | None = None) -> int:
         complain(f"mavherd: {error}")
         return error.exit_code
     except KeyboardInterrupt:
-        complain("mavherd: interrupted")
-        return 130
+        return interrupted()
     except OSError as error:  # a full disk, or a closed pipe: `mavherd scenarios | head -1`
         give_up(sys.stdout)
         if isinstance(error, BrokenPipeError):

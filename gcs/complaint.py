@@ -16,6 +16,17 @@ def complain(text: str) -> None:
         give_up(sys.stderr)
 
 
+def interrupted() -> int:
+    """Tell that Ctrl-C ended the command; return the exit code.
+
+    Ctrl-C while Python runs a text (dataclasses and named tuples are made of one) has CPython end
+    itself by SIGINT later, although the exception was caught; running another text takes it back.
+    """
+    eval("None")  # noqa: S307
+    complain("mavherd: interrupted")
+    return 130
+
+
 def settle() -> None:
     """Write out what stderr still holds; a failure must not become the exit code."""
     try:

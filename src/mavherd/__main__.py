@@ -12,10 +12,9 @@ def main() -> int:
 
         return command_line()
     except KeyboardInterrupt:
-        from .gcs.complaint import complain
+        from .gcs.complaint import interrupted
 
-        complain("mavherd: interrupted")
-        return 130
+        return interrupted()
 
 
 def _open_standard_streams() -> None:

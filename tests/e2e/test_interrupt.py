@@ -4,6 +4,8 @@ import os
 import pty
 import select
 import signal
+import subprocess
+import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -72,6 +74,20 @@ def test_before_there_is_anything_to_report(sandbox):
     sandbox.wait_for(lambda: "/_json." in mapped.read_text(), "the command line is imported")
     done = interrupt(sandbox, process)
     assert done.folder is None or done.report["exit_code"] == 130
+
+
+IN_A_TEXT = """
+import sys
+from mavherd.gcs import cli
+
+cli._parser = lambda: exec("import os, signal; os.kill(os.getpid(), signal.SIGINT)")
+sys.exit(cli.main([]))
+"""
+
+
+def test_while_python_runs_a_text():  # as it does for every dataclass it imports
+    done = subprocess.run([sys.executable, "-c", IN_A_TEXT], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, "mavherd: interrupted\n")
 
 
 def test_while_the_report_is_written(sandbox):
