@@ -28,8 +28,7 @@ proof: $(VENV)/.test
 results: $(VENV)/.test
 	$(BIN)/python docs/make_results.py
 
-pictures: $(VENV)/.test
-	$(BIN)/python docs/step_response.py
+pictures: $(VENV)/.test  # those in a browser need chromium, those of Rerun mesa-vulkan-drivers or a GPU
 	$(BIN)/python docs/make_pictures.py
 
 compiled: $(VENV)/.test pure

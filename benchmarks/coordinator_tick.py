@@ -72,7 +72,7 @@ class Deaf:
 
     wanted = False
 
-    def publisher(self, key: str) -> "Deaf":
+    def publisher(self, key: str, **_: Any) -> "Deaf":
         """Return what takes samples on `key`."""
         heard = Deaf()
         heard.wanted = key == "team"

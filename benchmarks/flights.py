@@ -3,6 +3,7 @@
 import os
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -111,13 +112,23 @@ def fly(scenario: Scenario, **options: Any) -> dict[str, Any]:
     return _fly(scenario, None, options)
 
 
-def watch(scenario: Scenario, **options: Any) -> tuple[dict[str, Any], Usage]:
-    """Run a scenario and look at its processes; return the report and what they used."""
+def watch(
+    scenario: Scenario,
+    *,
+    since: float = 0.0,
+    look: Callable[[Path], None] = lambda _: None,
+    **options: Any,
+) -> tuple[dict[str, Any], Usage]:
+    """Run a scenario and look at its processes; return the report and what they used.
+
+    That counts from `since` (s of fleet time) on. `look` is shown the run folder at the end.
+    """
     view = Watch({spec.name: spec.kind for spec in scenario.robots})
-    report = _fly(scenario, view, options)
-    if len(view.samples) < 2:
+    report = _fly(scenario, view, options, look)
+    samples = [sample for sample in view.samples if sample.now >= since]
+    if len(samples) < 2:
         raise RuntimeError(f"{scenario.name}: over before it could be looked at twice")
-    first, last = view.samples[0], view.samples[-1]
+    first, last = samples[0], samples[-1]
     cpu = {who: spent - first.cpu.get(who, 0.0) for who, spent in last.cpu.items()}
     seconds, wall = last.now - first.now, last.wall - first.wall
     held = {
@@ -129,11 +140,16 @@ def watch(scenario: Scenario, **options: Any) -> tuple[dict[str, Any], Usage]:
     )
 
 
-def _fly(scenario: Scenario, view: Watch | None, options: dict[str, Any]) -> dict[str, Any]:
+def _fly(
+    scenario: Scenario,
+    view: Watch | None,
+    options: dict[str, Any],
+    look: Callable[[Path], None] = lambda _: None,
+) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder)
-        settings = RunOptions(out=out, figures=False, record=False, ports=NO_PORTS, **options)
-        outcome = Run(scenario, settings, view).execute()
+        chosen = {"figures": False, "record": False, "ports": NO_PORTS, **options}
+        outcome = Run(scenario, RunOptions(out=Path(folder), **chosen), view).execute()
+        look(outcome.folder)
     report = outcome.report
     if outcome.exit_code not in (0, 4):
         raise RuntimeError(

@@ -3,7 +3,7 @@
     python benchmarks/run.py             everything: about a quarter of an hour
     python benchmarks/run.py --quick     the small ones: two minutes
     python benchmarks/run.py --only fleets ticks
-    python benchmarks/run.py --write     the tables into docs/performance.md
+    python benchmarks/run.py --write     the tables into docs/performance.md, as far as measured
 
 Machines differ and are noisy, so figures are medians, and what counts is their ratio to the floors.
 """
@@ -41,28 +41,27 @@ def main() -> int:
     if args.repeats:
         effort = replace(effort, repeats=args.repeats)
     known = {"mavherd": state(), **facts()}
-    tables: list[Table] = []
+    part = "compiled" if known["mavherd"].startswith("compiled") else "pure"  # of the page
+    parts: dict[str, list[Table]] = {}
     figures: dict[str, float] = {}
     told = ", ".join(f"{name} {value}" for name, value in known.items())
     print(f"Measured on: {told}.\n", flush=True)
     for name in args.only:
         section = SECTIONS[name](effort)
-        tables += section.tables
+        parts.setdefault(name if name == "recording" else part, []).extend(section.tables)
         figures |= section.figures
         print("\n".join(table.markdown() for table in section.tables), flush=True)
-    is_compiled = known["mavherd"].startswith("compiled")
-    summary = targets.table(figures, compiled=is_compiled)
+    summary = targets.table(figures, compiled=part == "compiled")
     print(summary.markdown())
     if args.json:
-        data = {
-            "machine": known,
-            "figures": figures,
-            "tables": [t._asdict() for t in (summary, *tables)],
-        }
+        tables = [summary, *(table for tables in parts.values() for table in tables)]
+        data = {"machine": known, "figures": figures, "tables": [t._asdict() for t in tables]}
         args.json.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     if args.write:
-        parts = [f"Measured on: {told}.\n", *(table.markdown() for table in (summary, *tables))]
-        page.write(PAGE, "compiled" if is_compiled else "pure", "\n".join(parts))
+        for name, tables in parts.items():
+            first = [summary] if name == part else []
+            lines = [f"Measured on: {told}.\n", *(t.markdown() for t in (*first, *tables))]
+            page.write(PAGE, name, "\n".join(lines))
     return 0
 
 

@@ -10,6 +10,7 @@ from statistics import median as middle
 import alone
 import barrier
 import by_hand
+import recorded
 import starts
 import sweeps
 from coordinator_tick import tick_cost
@@ -246,6 +247,37 @@ def sweeping(effort: Effort) -> Section:
     return Section([Table("Sweeps", heads, rows, note)], {"sweep": inside})
 
 
+def recording(effort: Effort) -> Section:
+    """Measure what it costs to be recorded, at real time."""
+    rows = []
+    figures: dict[str, float] = {}
+    for scenario in recorded.scenarios(max(effort.sizes), effort.seconds):
+        robots = len(scenario.robots)
+        cost = recorded.recorded(scenario, max(1, effort.repeats // 2))
+        rows.append(
+            (
+                f"{scenario.name}, {robots}",
+                digits(100 * cost.recorder),
+                f"{cost.unseen * 1e3:.1f}",
+                f"{cost.others * 1e3:.1f}",
+                f"{cost.ratio:.3f}",
+                digits(cost.megabytes),
+            )
+        )
+        figures |= {f"recorder {robots}": 100 * cost.recorder, f"rrd {robots}": cost.megabytes}
+    heads = (
+        *("robots at 1x", "recorder, % of a core"),
+        *("vehicles and coordinator, ms CPU per s, not recorded", "recorded", "ratio"),
+        "run.rrd, MB per 60 s",
+    )
+    note = (
+        "Truth at 50 Hz for six robots and 20 Hz for more than thirty. Runs with and without the"
+        " recorder took turns. The recorder's start, about a second of CPU for importing Rerun, is"
+        " not in its share."
+    )
+    return Section([Table("Being recorded", heads, rows, note)], figures)
+
+
 SECTIONS: dict[str, Callable[[Effort], Section]] = {
     "vehicles": vehicles,
     "fleets": fleets,
@@ -254,4 +286,5 @@ SECTIONS: dict[str, Callable[[Effort], Section]] = {
     "readiness": readiness,
     "ticks": ticks,
     "sweeps": sweeping,
+    "recording": recording,
 }

@@ -41,6 +41,8 @@ TARGETS = (
     Target("ready 10", "10 vehicles, from command to all ready, s", 0.6, 0.6),
     Target("ready 100", "100 vehicles, from command to all ready, s", 2, 2),
     Target("sweep", "in-process sweep of crossing-targets, runs per s", 15, 3, at_least=True),
+    Target("recorder 100", "recorder of 100 vehicles at 1x, % of a core", 5, 5),
+    Target("rrd 6", "recording of 60 s of six robots, MB", 5, 5),
     Target("tick 64", "coordinator tick, 64 robots, ms", 1, 1),
     Target("tick 240", "coordinator tick, 240 robots, ms", 4, 4),
 )

@@ -1,21 +1,19 @@
-"""Draw the step responses of both vehicles: `python docs/step_response.py`.
+"""Draw the step responses of both vehicles: `python docs/step_response.py [FOLDER]`."""
 
-Writes pictures/step-response.png beside this file. Needs matplotlib.
-"""
-
+import sys
+from collections.abc import Callable
 from math import atan2
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from mavherd.gcs.report.figure_style import save
 from mavherd.vehicles.build import make_robot
 from mavherd.vehicles.config import Disturbance, VehicleConfig
 from mavherd.vehicles.robot import Kinematics, Setpoint, Vec3
 
+PICTURES = Path(__file__).parent / "pictures"
 SECONDS = 8.0
 PUSH = Disturbance(form="held", amplitude=0.4, hold_s=0.1)
 TARGETS = {
@@ -52,7 +50,7 @@ def yaw_of(k: Kinematics) -> float:
     return atan2(2 * (k.qw * k.qz + k.qx * k.qy), 1 - 2 * (k.qy**2 + k.qz**2))
 
 
-PANELS = (
+PANELS: tuple[tuple[str, str, Callable[[Kinematics], float], float], ...] = (
     ("quadcopter", "Quadcopter, north (m)", lambda k: k.north, 2.0),
     ("quadcopter", "Quadcopter, height (m)", lambda k: -k.down, 3.0),
     ("quadcopter", "Quadcopter, yaw (rad)", yaw_of, 0.5),
@@ -74,9 +72,10 @@ def draw(axes: Axes, title: str, target: float) -> None:
         spine.set_visible(False)
 
 
-def main() -> None:
+def main(folder: Path = PICTURES) -> None:
     """Fly every response and write the picture."""
-    figure, grid = plt.subplots(1, 4, figsize=(12.0, 3.1), layout="constrained")
+    figure = Figure(figsize=(12.0, 3.1), layout="constrained")
+    grid = figure.subplots(1, 4)
     for axes, (kind, title, value, target) in zip(grid, PANELS, strict=True):
         draw(axes, title, target)
         for (profile, disturbance), (colour, width, label) in STYLES.items():
@@ -98,11 +97,10 @@ def main() -> None:
         fontsize=9,
         labelcolor=INK,
     )
-    path = Path(__file__).parent / "pictures" / "step-response.png"
-    path.parent.mkdir(exist_ok=True)
-    figure.savefig(path, dpi=110)
-    print(f"{path.name}: {path.stat().st_size // 1024} kB")
+    folder.mkdir(parents=True, exist_ok=True)
+    path = save(folder / "step-response.png", figure)
+    print(f"{path}: {path.stat().st_size // 1024} kB")
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(Path, sys.argv[1:2]))

@@ -8,13 +8,18 @@ from typing import Any, NoReturn
 from ..transport.errors import MavherdError, os_reason
 from .commands import check as check_command
 from .commands import clock as clock_command
+from .commands import compare as compare_command
+from .commands import convert as convert_command
 from .commands import diff as diff_command
 from .commands import digest as digest_command
+from .commands import record as record_command
+from .commands import report as report_command
 from .commands import run as run_command
 from .commands import sweep as sweep_command
 from .commands import vehicle as vehicle_command
 from .commands import version as version_command
-from .complaint import complain, give_up, interrupted, settle
+from .commands import view as view_command
+from .complaint import complain, deliver, give_up, interrupted, settle
 
 _EPILOG = """\
 first steps:
@@ -22,6 +27,7 @@ first steps:
   mavherd run one-quad                     one quadcopter takes off, flies and lands
   mavherd run crossing-targets --speed 3   six robots cross, three times as fast as real time
   mavherd sweep one-quad --seeds 0:50      fifty seeds, one table
+  mavherd compare RUN RUN                  runs side by side, as a table, a page, a recording
   mavherd vehicle quadcopter               one honest MAVLink vehicle, no scenario
   mavherd check my-field.yaml              are the real vehicles of a scenario ready?
 
@@ -35,8 +41,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         args = _parser().parse_args(argv)
         code = int(args.run(args))
-        if sys.stdout:
-            sys.stdout.flush()
+        deliver()
         return code
     except MavherdError as error:
         complain(f"mavherd: {error}")
@@ -58,8 +63,7 @@ def _scenarios(args: argparse.Namespace) -> int:
 
     scenarios = shipped()
     width = max(len(name) for name, _ in scenarios)
-    for name, description in scenarios:
-        print(f"{name:{width}}  {description}")
+    deliver("".join(f"{name:{width}}  {description}\n" for name, description in scenarios))
     return 0
 
 
@@ -106,6 +110,24 @@ def _parser() -> argparse.ArgumentParser:
     )
     text = "name the first message, field, vehicle and time at which two runs part"
     diff_command.add_options(_add(commands, "diff", diff_command.run, text, diff_command.EPILOG))
+    text = "make a recording of telemetry logs, or of a run that has none"
+    convert_command.add_options(
+        _add(commands, "convert", convert_command.run, text, convert_command.EPILOG)
+    )
+    text = "record any MAVLink vehicle, a real one too, for Rerun"
+    record_command.add_options(
+        _add(commands, "record", record_command.run, text, record_command.EPILOG)
+    )
+    text = "set runs side by side: one table, overlaid tracks, a page and a recording"
+    compare_command.add_options(
+        _add(commands, "compare", compare_command.run, text, compare_command.EPILOG)
+    )
+    text = "write a run's report, tables and figures again from its logs"
+    report_command.add_options(
+        _add(commands, "report", report_command.run, text, report_command.EPILOG)
+    )
+    text = "show a recording, or live vehicles from outside, in Rerun's viewer"
+    view_command.add_options(_add(commands, "view", view_command.run, text, view_command.EPILOG))
     _add(commands, "version", version_command.run, "say which mavherd runs here, and how")
     return parser
 

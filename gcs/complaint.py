@@ -1,4 +1,4 @@
-"""What a person is told on stderr, which may be full, closed or nobody's any more."""
+"""What a person is told, on streams that may be full, closed or nobody's any more."""
 
 import os
 import sys
@@ -34,6 +34,14 @@ def settle() -> None:
             sys.stderr.flush()
     except (OSError, ValueError):
         give_up(sys.stderr)
+
+
+def deliver(text: str = "") -> None:
+    """Write to stdout, and all that it still holds; an OSError names it."""
+    try:
+        print(text, end="", flush=True)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 def give_up(stream: TextIO | None) -> None:

@@ -53,7 +53,12 @@ def test_three_digits_count(value, text):
 
 @pytest.mark.parametrize(
     ("name", "part"),
-    [("performance.md", "compiled"), ("performance.md", "pure"), ("determinism.md", "proof")],
+    [
+        ("performance.md", "compiled"),
+        ("performance.md", "pure"),
+        ("performance.md", "recording"),
+        ("determinism.md", "proof"),
+    ],
 )
 def test_a_table_replaces_the_one_before_and_nothing_else(tmp_path, name, part):
     page = importlib.import_module("page")

@@ -95,7 +95,8 @@ class Publisher:
 class Bus:
     """One session. Keys given to its methods are relative to `mavherd/<run>/`.
 
-    `reliable` publications wait for slow receivers (lockstep); others drop samples instead.
+    `reliable` publications wait for slow receivers (lockstep); others drop samples instead, and so
+    do those that are for onlookers: nobody waits for those.
     """
 
     def __init__(self, session: Any, run: str, *, reliable: bool = False) -> None:
@@ -126,13 +127,14 @@ class Bus:
             raise LinkError(f"no Zenoh router at {endpoint}: {_reason(error)}") from None
         return cls(session, run, reliable=reliable)
 
-    def publisher(self, key: str) -> Publisher:
+    def publisher(self, key: str, *, for_onlookers: bool = False) -> Publisher:
         """Return a publisher of raw bytes on `key`."""
+        drop = zenoh.CongestionControl.DROP
         return Publisher(
             self._session.declare_publisher(
                 self.prefix + key,
                 encoding=zenoh.Encoding.APPLICATION_OCTET_STREAM,
-                congestion_control=self._congestion,
+                congestion_control=drop if for_onlookers else self._congestion,
                 priority=zenoh.Priority.REAL_TIME,
                 express=False,
             )

@@ -49,7 +49,7 @@ class LocalBus:
     _publishers: dict[str, LocalPublisher] = field(default_factory=dict)
     _subscriptions: list[tuple[str, Mailbox]] = field(default_factory=list)
 
-    def publisher(self, key: str) -> LocalPublisher:
+    def publisher(self, key: str, *, for_onlookers: bool = False) -> LocalPublisher:
         """Return a publisher of raw bytes on `key`."""
         publisher = self._publishers.get(key)
         if publisher is None:

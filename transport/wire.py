@@ -1,13 +1,13 @@
 """What travels on Zenoh: fixed-size structs in ENU, SI, little-endian. See docs/zenoh.md.
 
 Keys live under `mavherd/<run>/`: `vehicle/<name>/state`, `vehicle/<name>/target`,
-`vehicle/<name>/alive` (liveliness token), `team`, `events`, `clock`.
+`vehicle/<name>/alive` (liveliness token), `team`, `snapshot`, `events`, `clock`.
 """
 
 import struct
 from collections.abc import Sequence
 from enum import IntEnum
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 from .errors import MavherdError
@@ -59,10 +59,22 @@ class Target(NamedTuple):
     feed_forward: tuple[float, float, float]  # velocity added by the coordination law, m/s
 
 
+class Snapshot(NamedTuple):
+    """What a coordinator believes of its vehicles and asks of them, at one moment."""
+
+    sequence: int  # its tick
+    now: float  # s of fleet time
+    states: list[VehicleState]
+    targets: list[Target]
+
+
+_PHASES = tuple(Phase)
 _STATE_FORM = f"HBBIdI{NAME_BYTES}sB11x10d"
 _STATE = struct.Struct(f"<{_STATE_FORM}")
-_TARGET = struct.Struct(f"<H6x{NAME_BYTES}s13d")
+_TARGET_FORM = f"H6x{NAME_BYTES}s13d"
+_TARGET = struct.Struct(f"<{_TARGET_FORM}")
 _TEAM = struct.Struct("<HHI")
+_SNAPSHOT = struct.Struct("<HHHxxId")
 
 
 def pack_state(state: VehicleState) -> bytes:
@@ -91,25 +103,39 @@ def unpack_state(data: bytes) -> VehicleState:
     """Return the state in `data`; raise WireError when it is not one."""
     if len(data) != _STATE.size:
         raise WireError(f"state: {len(data)} bytes where schema {SCHEMA} has {_STATE.size}")
-    schema, system_id, armed, sequence, time, mode, name, phase, *v = _STATE.unpack(data)
+    return _state_of(_STATE.unpack(data))
+
+
+def _state_of(values: tuple[Any, ...]) -> VehicleState:
+    schema, system_id, armed, sequence, time, mode, name, phase = values[:8]
     if schema != SCHEMA:
         raise WireError(f"state: schema {schema}, this program reads {SCHEMA}")
-    try:
-        text, stage = name.rstrip(b"\0").decode(), Phase(phase)
-    except ValueError as error:
-        raise WireError(f"state: {error}") from None
+    if phase >= len(_PHASES):
+        raise WireError(f"state: {phase} is not a valid Phase")
     return VehicleState(
-        text,
+        _text(name, "state"),
         system_id,
         sequence,
         time,
-        (v[0], v[1], v[2]),
-        (v[3], v[4], v[5]),
-        (v[6], v[7], v[8], v[9]),
+        values[8:11],
+        values[11:14],
+        values[14:18],
         mode,
         bool(armed),
-        stage,
+        _PHASES[phase],
     )
+
+
+def _text(name: bytes, what: str) -> str:
+    try:
+        return _decoded(name)
+    except ValueError as error:
+        raise WireError(f"{what}: {error}") from None
+
+
+@lru_cache(maxsize=1024)
+def _decoded(name: bytes) -> str:
+    return name.rstrip(b"\0").decode()
 
 
 def pack_team(sequence: int, states: Sequence[VehicleState]) -> bytes:
@@ -132,34 +158,63 @@ def unpack_team(data: bytes) -> tuple[int, list[VehicleState]]:
     schema, count, sequence = _TEAM.unpack_from(data)
     if schema != SCHEMA or len(data) != _TEAM.size + count * _STATE.size:
         raise WireError(f"team: schema {schema}, {count} states in {len(data)} bytes do not agree")
-    starts = range(_TEAM.size, len(data), _STATE.size)
-    return sequence, [unpack_state(data[i : i + _STATE.size]) for i in starts]
+    return sequence, [_state_of(values) for values in _STATE.iter_unpack(data[_TEAM.size :])]
 
 
 def pack_target(target: Target) -> bytes:
     """Return the wire form of one target."""
-    return _TARGET.pack(
-        SCHEMA,
-        target.name.encode(),
-        target.time,
-        *target.nominal_position,
-        *target.nominal_velocity,
-        *target.command_velocity,
-        *target.feed_forward,
-    )
+    return _TARGET.pack(*_flat_target(target))
+
+
+def _flat_target(target: Target) -> tuple[Any, ...]:
+    name, time, position, velocity, command, feed_forward = target
+    return (SCHEMA, name.encode(), time, *position, *velocity, *command, *feed_forward)
 
 
 def unpack_target(data: bytes) -> Target:
     """Return the target in `data`; raise WireError when it is not one."""
     if len(data) != _TARGET.size:
         raise WireError(f"target: {len(data)} bytes where schema {SCHEMA} has {_TARGET.size}")
-    schema, name, time, *v = _TARGET.unpack(data)
+    return _target_of(_TARGET.unpack(data))
+
+
+def _target_of(values: tuple[Any, ...]) -> Target:
+    schema, name, time = values[:3]
     if schema != SCHEMA:
         raise WireError(f"target: schema {schema}, this program reads {SCHEMA}")
-    try:
-        text = name.rstrip(b"\0").decode()
-    except ValueError as error:
-        raise WireError(f"target: {error}") from None
-    return Target(
-        text, time, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]), (v[9], v[10], v[11])
+    text = _text(name, "target")
+    return Target(text, time, values[3:6], values[6:9], values[9:12], values[12:15])
+
+
+def pack_snapshot(
+    sequence: int, now: float, states: Sequence[VehicleState], targets: Sequence[Target]
+) -> bytes:
+    """Return one message with what a coordinator knows and asks in the tick at fleet time `now`."""
+    values: list[Any] = [SCHEMA, len(states), len(targets), sequence, now]
+    for state in states:
+        values += _flat(state)
+    for target in targets:
+        values += _flat_target(target)
+    return _snapshot_of(len(states), len(targets)).pack(*values)
+
+
+@cache
+def _snapshot_of(states: int, targets: int) -> struct.Struct:
+    return struct.Struct(_SNAPSHOT.format + states * _STATE_FORM + targets * _TARGET_FORM)
+
+
+def unpack_snapshot(data: bytes) -> Snapshot:
+    """Return the snapshot in `data`; raise WireError when it is not one."""
+    if len(data) < _SNAPSHOT.size:
+        raise WireError(f"snapshot: {len(data)} bytes, shorter than its header")
+    schema, states, targets, sequence, now = _SNAPSHOT.unpack_from(data)
+    middle = _SNAPSHOT.size + states * _STATE.size
+    if schema != SCHEMA or len(data) != middle + targets * _TARGET.size:
+        told = f"{states} states and {targets} targets"
+        raise WireError(f"snapshot: schema {schema}, {told} in {len(data)} bytes do not agree")
+    return Snapshot(
+        sequence,
+        now,
+        [_state_of(v) for v in _STATE.iter_unpack(data[_SNAPSHOT.size : middle])],
+        [_target_of(v) for v in _TARGET.iter_unpack(data[middle:])],
     )

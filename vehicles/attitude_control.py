@@ -1,6 +1,6 @@
 """The quadcopter's inner loops: attitude, yaw, thrust and the mixer (paper eq. 17, 19 and 20)."""
 
-from math import asin, atan, atan2, cos, hypot, inf, pi, sin, sqrt, tan
+from math import asin, atan, atan2, cos, hypot, inf, nan, pi, sin, sqrt, tan
 from typing import Final
 
 from .mixer import allocate, clip
@@ -13,6 +13,11 @@ from .robot import AttitudeSetpoint
 _YAW_LEAD: Final = 0.2  # rad, how far a yaw reference may run ahead of the vehicle
 _YAW_TRIM: Final = 0.1  # rad: the integral trims small errors only, else a step would wind it up
 _MIN_LIFT: Final = 0.3  # floor of cos(roll) cos(pitch) in (17), and of lift over weight
+
+Commands = tuple[float, float, float, float]
+"""Roll, pitch and yaw (rad, NED) and thrust (N) that are asked for; NaN where nothing is."""
+
+NO_COMMANDS: Commands = (nan, nan, nan, nan)
 
 
 class AttitudeControl:
@@ -50,6 +55,7 @@ class AttitudeControl:
         self._yaw.reset()
         self._yaw_target: float | None = None
         self._last_tilt: tuple[float, float] | None = None  # commands, in the printed form
+        self.commands: Commands = NO_COMMANDS  # what was asked for last
 
     def accelerate(
         self,
@@ -71,8 +77,10 @@ class AttitudeControl:
             self._last_tilt = (roll_cmd, pitch_cmd)
             roll_speed = (roll_cmd - last[0]) / self._dt
             pitch_speed = (pitch_cmd - last[1]) / self._dt
+        thrust = self._thrust(acceleration[2], upright)
+        self.commands = (roll_cmd, pitch_cmd, yaw + yaw_error, thrust)
         return self._rotors(
-            self._thrust(acceleration[2], upright),
+            thrust,
             roll_cmd - roll,
             pitch_cmd - pitch,
             yaw_error,
@@ -98,6 +106,7 @@ class AttitudeControl:
         roll_error = pitch_error = yaw_error = 0.0
         if target_roll is None and target_pitch is None:
             self._yaw_target = None
+            self.commands = (nan, nan, nan, force)
         else:
             target_roll, target_pitch = target_roll or 0.0, target_pitch or 0.0
             tilt = hypot(target_roll, target_pitch)
@@ -106,6 +115,7 @@ class AttitudeControl:
                 target_pitch *= self._tilt_limit / tilt
             yaw_error, yaw_rate = self._yaw_error(yaw, target_yaw, yaw_rate)
             roll_error, pitch_error = target_roll - roll, target_pitch - pitch
+            self.commands = (target_roll, target_pitch, yaw + yaw_error, force)
         return self._rotors(
             force,
             roll_error,

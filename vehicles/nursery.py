@@ -114,11 +114,12 @@ def _close_all_but(own: list[int], last: int) -> None:
 
 def _report_exits(channel: Channel, children: set[int]) -> None:
     while children:
-        pid, status = os.waitpid(-1, os.WNOHANG)
+        pid, status, usage = os.wait4(-1, os.WNOHANG)
         if pid == 0:
             return
         children.discard(pid)
-        _tell(channel, {"exited": pid, "code": os.waitstatus_to_exitcode(status)})
+        code, cpu_s = os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime
+        _tell(channel, {"exited": pid, "code": code, "cpu_s": cpu_s})
 
 
 def _tell(channel: Channel, fact: dict[str, Any]) -> None:
@@ -137,6 +138,7 @@ def _end(children: set[int]) -> None:
     for pid in children:
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)  # so that whoever waits for us knows what it has cost
 
 
 def _become(it: Unborn) -> NoReturn:

@@ -3,7 +3,7 @@
 from math import copysign, inf, sqrt, tan
 from typing import Final
 
-from .attitude_control import AttitudeControl
+from .attitude_control import AttitudeControl, Commands
 from .physics import GRAVITY
 from .pid import Gains, Pid
 from .quadcopter import QuadcopterParams, RotorSpeeds, StateVector
@@ -70,6 +70,11 @@ class QuadcopterControl:
         return Limits(
             self._v_max, t.yaw_rate_max, self._up_max, self._down_max, t.tilt_limit, hover
         )
+
+    @property
+    def commands(self) -> Commands:
+        """Return the roll, pitch and yaw (rad) and the thrust (N) asked for last; NaN: none."""
+        return self._attitude.commands
 
     def reset(self) -> None:
         """Forget integrals and held references."""

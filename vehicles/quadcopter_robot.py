@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Final
 
+from .attitude_control import NO_COMMANDS
 from .disturbance import BodyForce
 from .physics import GRAVITY, Force
 from .quadcopter import (
@@ -110,6 +111,10 @@ class Quadcopter(Robot):
         s = self._state
         return (s[13], s[14], s[15], s[16], c1, c2, c3, c4)
 
+    def commands(self) -> tuple[float, ...]:
+        """Return the attitude (rad) and thrust (N) asked for; NaN while there is none."""
+        return self._control.commands if self.motors_on else NO_COMMANDS
+
     def outputs(self) -> tuple[float, ...]:
         """Return the rotor commands as shares of full speed, 0..1."""
         most = self._params.max_rotor_speed
@@ -137,6 +142,11 @@ class Quadcopter(Robot):
         speeds = [f"rotor{i}_speed_rad_s" for i in range(1, 5)]
         commands = [f"rotor{i}_command_rad_s" for i in range(1, 5)]
         return (*speeds, *commands)
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """Return the columns of `commands`."""
+        return ("roll_command_rad", "pitch_command_rad", "yaw_command_rad", "thrust_command_n")
 
     def _limits_changed(self) -> None:
         """Take up new speed limits."""

@@ -166,6 +166,10 @@ class Robot(ABC):
         """Return actuator speeds (rad/s), then their commands, as `actuator_names` says."""
 
     @abstractmethod
+    def commands(self) -> tuple[float, ...]:
+        """Return the motion that the controllers ask for, as `command_names` says; NaN: none."""
+
+    @abstractmethod
     def outputs(self) -> tuple[float, ...]:
         """Return each actuator's command as a share of its most: rotors 0..1, wheels -1..1."""
 
@@ -181,6 +185,11 @@ class Robot(ABC):
     @abstractmethod
     def actuator_names(self) -> tuple[str, ...]:
         """Column names, with unit, of `actuators` for the truth log."""
+
+    @property
+    @abstractmethod
+    def command_names(self) -> tuple[str, ...]:
+        """Column names, with unit, of `commands`."""
 
     @abstractmethod
     def _limits_changed(self) -> None:

@@ -1,7 +1,7 @@
 """A rover as the autopilot sees it: physics and onboard controllers."""
 
 from collections.abc import Callable, Mapping
-from math import cos, sin
+from math import cos, nan, sin
 from typing import Final
 
 from .disturbance import BodyForce
@@ -13,12 +13,14 @@ from .rover import (
     RoverState,
     StateVector,
     Wheels,
+    body_velocity,
     derivative,
     wheel_speeds,
 )
 from .rover_control import RoverControl, RoverTuning
 
 _OFF: Wheels = (0.0, 0.0)
+_NO_COMMANDS = (nan, nan)
 _FASTEST: Final = 20.0  # m/s that anybody may ask for; the wheels have their own limit
 _PARKED: Final = 1e-3  # m/s and rad/s: slower than this with motors off, it stands
 
@@ -110,6 +112,12 @@ class Rover(Robot):
         left_command, right_command = self._control.speed_commands if self.motors_on else _OFF
         return (left, right, left_command, right_command)
 
+    def commands(self) -> tuple[float, ...]:
+        """Return speed (m/s) and yaw rate (rad/s) asked of the wheels; NaN with motors off."""
+        if not self.motors_on:
+            return _NO_COMMANDS
+        return body_velocity(self._control.speed_commands, self._params)
+
     def outputs(self) -> tuple[float, ...]:
         """Return the wheel speed commands as shares of the fastest, -1..1."""
         most = self._control.tuning.wheel_speed_max
@@ -143,6 +151,11 @@ class Rover(Robot):
             "left_wheel_command_rad_s",
             "right_wheel_command_rad_s",
         )
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """Return the columns of `commands`."""
+        return ("speed_command_m_s", "yaw_rate_command_rad_s")
 
     def _limits_changed(self) -> None:
         """Take up a new speed limit."""

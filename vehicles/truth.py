@@ -1,5 +1,6 @@
 """The truth log: what the physics has, at 100 Hz, as one JSON header line and raw float64 rows.
 
+Beside it stands the motion that the onboard controllers ask for: NaN while they ask for none.
 Of a run that is not kept only the places are, in memory: what a judge needs.
 """
 
@@ -37,7 +38,7 @@ class TruthLog:
     """Writes `truth.bin.part` and renames it to `truth.bin` when it is complete."""
 
     def __init__(self, folder: Path, config: VehicleConfig, robot: Robot) -> None:
-        columns = POSE_COLUMNS + robot.actuator_names
+        columns = POSE_COLUMNS + robot.actuator_names + robot.command_names
         header = {
             "schema": SCHEMA,
             "name": config.name,
@@ -45,6 +46,7 @@ class TruthLog:
             "system_id": config.system_id,
             "rate_hz": RATE_HZ,
             "columns": columns,
+            "commands": len(robot.command_names),  # of the columns: the last ones
         }
         self._path = folder / "truth.bin"
         self._part = folder / "truth.bin.part"
@@ -54,7 +56,8 @@ class TruthLog:
 
     def write(self, now: float, robot: Robot) -> None:
         """Append one row."""
-        self._file.write(self._pack(now, *robot.kinematics(), *robot.actuators()))
+        row = self._pack(now, *robot.kinematics(), *robot.actuators(), *robot.commands())
+        self._file.write(row)
 
     def flush(self) -> None:
         """Let readers see what was written so far."""

@@ -80,7 +80,7 @@ def _watch(scenario: Scenario, wait: float) -> "list[Finding]":
     """Return the findings as soon as waiting no longer helps; show them meanwhile."""
     from rich.live import Live
 
-    from ..run.terminal import QuietConsole
+    from ..run.console import QuietConsole
     from .check_view import progress
     from .live_check import inspect
 

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import socket
 from pathlib import Path
 
 from ...transport.errors import MavherdError
@@ -24,6 +25,7 @@ The endpoint of a run is `zenoh` in its ports.json. None of this changes a byte 
 
 _PATIENCE_S = 10.0  # a tick of a hundred vehicles on a busy machine
 _STEP_PATIENCE_S = 3600.0
+_KNOCK_S = 2.0
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -37,6 +39,7 @@ def run(args: argparse.Namespace) -> int:
     from ...transport.bus import Bus
 
     endpoint, run_id = _address(args.where)
+    _knock(endpoint, args.where)
     order = " ".join(args.order).lower().strip()
     patience = _STEP_PATIENCE_S if order.startswith("step") else _PATIENCE_S
     with Bus.client(endpoint, run_id) as bus:
@@ -53,6 +56,22 @@ def run(args: argparse.Namespace) -> int:
     speed = "max speed" if state["speed"] == "max" else f"speed {state['speed']:g}"
     print(f"{state['t']:.2f} s, {going}, {speed}")
     return 0
+
+
+def _knock(endpoint: str, where: str) -> None:
+    """Refuse an endpoint on this machine where nobody listens; Zenoh tries it for seconds."""
+    from ..run.ports import LOOPBACK
+
+    scheme, _, address = endpoint.partition("/")
+    host, _, port = address.rpartition(":")
+    if scheme != "tcp" or host != LOOPBACK or not port.isdigit():
+        return
+    try:
+        socket.create_connection((host, int(port)), _KNOCK_S).close()
+    except (OSError, OverflowError) as error:
+        if isinstance(error, TimeoutError):
+            return  # it is busy: Zenoh has more patience
+        raise MavherdError(f"{where}: its clock is gone: the run has ended") from None
 
 
 def _address(where: str) -> tuple[str, str]:

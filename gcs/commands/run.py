@@ -1,22 +1,28 @@
 """`mavherd run`: a scenario from start to report."""
 
 import argparse
+import sys
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...transport.errors import MavherdError
 from ...vehicles.config import AUTOPILOTS
-from ..complaint import complain
+from ..complaint import complain, deliver
 from .vehicle import port
+from .view import add_web
 
 if TYPE_CHECKING:
+    from ..recording.viewers import Viewing
     from ..run.head_start import HeadStart
 
 EPILOG = """\
 examples:
   mavherd run crossing-targets                         as fast as the machine allows
   mavherd run crossing-targets --seed 7 --set team.law=paper
+  mavherd run crossing-targets --view                  watch it in Rerun, at real time
+  mavherd run crossing-targets --web --speed 3         ... in a browser, three times as fast
   mavherd run crossing-targets --autopilot px4         our own vehicles speak PX4
   mavherd run my.yaml --speed 1                        lockstep, paced to real time
   mavherd run my.yaml --paused                         waits at the start for space, or a step
@@ -26,6 +32,8 @@ examples:
 
 While it runs, at a terminal: space pauses and resumes, `.` steps, `+` and `-` change the speed,
 `1` is real time, `m` as fast as it goes, `q` ends it. From elsewhere: `mavherd clock RUN pause`.
+A viewer may come, freeze and go as it likes; its window stays when the run is over. A page can be
+loaded again until Enter or Ctrl-C, where there is a terminal; an open one keeps what it has.
 A ground station can watch on UDP 14550 at any time; other ports are printed at the start.
 `mavherd check` tells first whether external vehicles (`connect`) are ready; see docs/external.md.
 """
@@ -66,11 +74,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print report.json, alone, to stdout")
     parser.add_argument(
+        "--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML, for CI"
+    )
+    parser.add_argument(
         "--out", type=Path, default=Path("runs"), metavar="DIR", help="for run folders (runs)"
     )
     parser.add_argument(
-        "--no-record", dest="record", action="store_false", help="leave out the Rerun recording"
+        "--record",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="write a Rerun recording, run.rrd (default)",
     )
+    add_web(parser, "watch it in Rerun while it goes on (--speed is then 1 unless given)")
     ports = parser.add_argument_group("ports (0 opens none)")
     ports.add_argument("--gcs-udp", type=port, metavar="PORT", help="all vehicles send to (14550)")
     ports.add_argument(
@@ -106,6 +121,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
     from ...scenarios.loader import load_scenario
+    from ..report.junit import junit_file
     from ..run.keys import keys_of_terminal
     from ..run.launcher import Run, RunOptions
     from ..run.ports import PortPlan
@@ -123,12 +139,17 @@ def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
         )
     lockstep = not (others or args.free_run)
     _check_clock(args, lockstep, external(scenario))
+    viewing = _viewing(args)
+    if viewing and lockstep and args.speed is None:
+        args.speed = "1"
+        complain("note: at real time, for it is watched (--speed max: as fast as it goes)")
     options = RunOptions(
         lockstep=lockstep,
         speed=_speed(args.speed, lockstep),
         paused=args.paused,
         in_process=args.in_process,
         record=args.record,
+        viewing=viewing,
         out=args.out,
         ports=PortPlan(gcs_udp=args.gcs_udp, api_udp=args.api_udp, tcp=args.tcp),
     )
@@ -140,14 +161,49 @@ def _run(args: argparse.Namespace, head_start: "HeadStart | None") -> int:
             "--paused: with --in-process only the keys of a terminal can resume it, and there is"
             " none (leave out one of them)"
         )
-    with RunView(scenario, keys=keys is not None) as view:
-        outcome = Run(scenario, options, view, keys, head_start).execute()
-    print_outcome(outcome)
-    if error := outcome.report["error"]:
-        complain(f"mavherd: {error}")
-    if args.json:
-        print((outcome.folder / "report.json").read_text(encoding="utf-8"), end="")
+    view = RunView(scenario, keys=keys is not None)
+    with Run(scenario, options, view, keys, head_start) as run:
+        with junit_file(args.junit, scenario.name) as tell, view:
+            outcome = run.execute()
+            tell(outcome.report)
+        print_outcome(outcome)
+        if error := outcome.report["error"]:
+            complain(f"mavherd: {error}")
+        if args.json:
+            deliver((outcome.folder / "report.json").read_text(encoding="utf-8"))
+        _stay(run.page)
     return outcome.exit_code
+
+
+def _stay(page: str) -> None:
+    """Serve a page that can be loaded again until the user at the terminal has seen enough."""
+    if page and sys.stdin and sys.stdin.isatty() and sys.stderr and sys.stderr.isatty():
+        complain(f"still to be seen at {page} (Enter or Ctrl-C ends this)")
+        with suppress(KeyboardInterrupt):
+            sys.stdin.readline()
+
+
+def _viewing(args: argparse.Namespace) -> "Viewing | None":
+    """Return what the user wants to see while it goes on; refuse what cannot be shown."""
+    if not (args.view or args.web):
+        for option, number in (("--view-port", args.view_port), ("--web-port", args.web_port)):
+            if number is not None:
+                raise MavherdError(f"{option} {number}: nobody watches (add --view or --web)")
+        return None
+    option = "--view" if args.view else "--web"
+    if args.in_process:
+        raise MavherdError(
+            f"{option}: with --in-process nothing is recorded, so there is nothing to see"
+            " (leave out --in-process)"
+        )
+    if args.web_port is not None and not args.web:
+        raise MavherdError(f"--web-port {args.web_port}: there is no page (add --web)")
+    from ..recording.viewers import Viewing, prepare
+
+    ports = {"view_port": args.view_port, "web_port": args.web_port}
+    viewing = Viewing(native=args.view, web=args.web, **ports)
+    prepare(viewing)  # what cannot be had here is refused before anything else is said
+    return viewing
 
 
 def _check_clock(args: argparse.Namespace, lockstep: bool, others: Collection[str]) -> None:

@@ -13,6 +13,8 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from ...transport.errors import MavherdError, VehicleError
+from ..complaint import deliver
+from ..ctrl_c import presses
 
 if TYPE_CHECKING:
     from ..sweep.sweep import Sweep
@@ -34,6 +36,9 @@ assertion of it); 130 interrupted
 """
 
 MAX_JOBS = 256
+
+Checked = Callable[[int, int], None]
+"""Is told how many points of the grid, of how many, can be run."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -72,7 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the sweep and return the exit code."""
-    from ..run.terminal import QuietConsole
+    from ..run.console import QuietConsole
     from ..sweep.summary_table import summary_table
     from ..sweep.terminal import SweepView
 
@@ -83,11 +88,20 @@ def run(args: argparse.Namespace) -> int:
         )
     console = QuietConsole()
     with SweepView(console) as view:
-        sweep = _resumed(args, view) if args.resume else _begun(args, view)
+        with _signals() as interrupted:
+
+            def checked(points: int, of: int) -> None:
+                if interrupted():
+                    raise KeyboardInterrupt
+                view.checked(points, of)
+
+            sweep = _resumed(args, checked) if args.resume else _begun(args, checked)
+        if interrupted():
+            raise KeyboardInterrupt
         told = _conduct(sweep, jobs, view)
     console.print(summary_table(told, sweep.folder), crop=False)  # commands stay whole
     if args.json:
-        print(json.dumps(told, indent=2))
+        deliver(json.dumps(told, indent=2) + "\n")
     return VehicleError.exit_code if told["failed"] else 0
 
 
@@ -99,7 +113,7 @@ def _jobs(jobs: int | None) -> int:
     return jobs
 
 
-def _begun(args: argparse.Namespace, view: "SweepView") -> "Sweep":
+def _begun(args: argparse.Namespace, checked: "Checked") -> "Sweep":
     """Return a new sweep, or the one that is in the folder already if it is the same."""
     from ...scenarios.loader import load_scenario, scenario_text
     from ..sweep import folder as folders
@@ -122,14 +136,14 @@ def _begun(args: argparse.Namespace, view: "SweepView") -> "Sweep":
         plan = replace(plan, seeds=(own,))
     plans.check_size(plan)
     text, _ = scenario_text(args.scenario)
-    points = plans.load_points(plan, args.scenario, lambda k: view.checked(k, plan.points))
+    points = plans.load_points(plan, args.scenario, lambda k: checked(k, plan.points))
     plan = replace(plan, fingerprint=plans.fingerprint(points))
     folder = args.out or folders.new_folder(points[0].name)
     folders.begin(folder, plan, points, text)
     return Sweep(folder, plan, points)
 
 
-def _resumed(args: argparse.Namespace, view: "SweepView") -> "Sweep":
+def _resumed(args: argparse.Namespace, checked: "Checked") -> "Sweep":
     """Return the sweep in a folder, as it was begun."""
     from ... import __version__
     from ..sweep import folder as folders
@@ -152,7 +166,7 @@ def _resumed(args: argparse.Namespace, view: "SweepView") -> "Sweep":
             " differ (install that version, or begin a new sweep)"
         )
     copy = args.resume / folders.SCENARIO
-    points = plans.load_points(plan, copy, lambda k: view.checked(k, plan.points))
+    points = plans.load_points(plan, copy, lambda k: checked(k, plan.points))
     if plans.fingerprint(points) != plan.fingerprint:
         raise MavherdError(f"{copy}: is not what the sweep began with (begin a new sweep)")
     return Sweep(args.resume, plan, points)
@@ -186,13 +200,13 @@ def _conduct(sweep: "Sweep", jobs: int, view: "SweepView") -> dict[str, object]:
 @contextmanager
 def _signals() -> Iterator[Callable[[], bool]]:
     """Note signals that end programs instead of falling over them; yield whether one came."""
-    came: list[int] = []
+    came = [signal.SIGINT] * presses()  # while we were imported
     ends = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # not under nohup
         ends.append(signal.SIGHUP)
 
     def note(signum: int, frame: FrameType | None) -> None:
-        came.append(signum)
+        came.append(signal.Signals(signum))
 
     before = {each: signal.signal(each, note) for each in ends}
     try:

@@ -1,6 +1,5 @@
 """What a run folder says of a run: who took part, how it was flown, and each vehicle's link."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,15 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...scenarios.source import Node, parse, read_text
-from ...transport.errors import MavherdError
 from ...transport.tlog import read_tlog
 from ...vehicles.config import SIMULATED_EPOCH_US
+from ..flown.folder import RunFolderError, check_folder, read_report, unreadable, whole_or_part
 
 _DAY_US = 86_400_000_000
-
-
-class RunFolderError(MavherdError):
-    """A folder that no run has left."""
 
 
 class Entry(NamedTuple):
@@ -38,8 +33,7 @@ class FlownRun:
     def log(self, vehicle: str) -> Path:
         """Return the log of a vehicle's link: a `.part` when its run did not end properly."""
         path = self.folder / "vehicles" / vehicle / f"{vehicle}.tlog"
-        part = path.with_name(path.name + ".part")
-        return part if part.exists() and not path.exists() else path
+        return whole_or_part(path) or path
 
     def is_torn(self, vehicle: str) -> bool:
         """Return whether the end of a vehicle's log may be missing."""
@@ -66,16 +60,8 @@ class FlownRun:
 
 def open_run(folder: Path) -> FlownRun:
     """Return what was flown in `folder`. Raises MavherdError when that is no run's folder."""
-    report = folder / "report.json"
-    try:
-        (folder / "vehicles").stat()  # a folder of something else may have a scenario.yaml too
-        told = json.loads(report.read_text(encoding="utf-8")) if report.exists() else {}
-    except OSError as error:
-        raise unreadable(error, folder) from None
-    except ValueError:
-        told = None
-    if not isinstance(told, dict):
-        raise RunFolderError(f"{report}: this is not a run's report")
+    check_folder(folder)
+    report = read_report(folder) or {}
     scenario = folder / "scenario.yaml"
     settings = _flat(parse(read_text(scenario), str(scenario)))
     ids = {
@@ -86,15 +72,7 @@ def open_run(folder: Path) -> FlownRun:
     if not ids or not all(isinstance(value, int) for value in ids.values()):
         raise RunFolderError(f"{scenario}: it has no robots with system ids (not a run's?)")
     vehicles = dict(sorted(ids.items(), key=lambda pair: pair[1]))
-    return FlownRun(folder=folder, settings=settings, vehicles=vehicles, report=told)
-
-
-def unreadable(error: OSError, folder: Path) -> RunFolderError:
-    """Return what is said of a file of a run that cannot be read."""
-    return RunFolderError(
-        f"{error.filename}: {error.strerror} (is {folder} the folder of a run, with"
-        " scenario.yaml and each vehicle's tlog?)"
-    )
+    return FlownRun(folder=folder, settings=settings, vehicles=vehicles, report=report)
 
 
 def _epoch(first_us: int) -> int:

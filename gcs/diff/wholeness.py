@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 from ...transport.tlog import digest, tear, torn_at
-from .run_folder import FlownRun, unreadable
+from ..flown.folder import unreadable
+from .run_folder import FlownRun
 
 
 def damage(run: FlownRun) -> Iterator[str]:

@@ -1,127 +1,173 @@
-"""The recorder: a process of its own that watches a run and writes `run.rrd` for Rerun.
+"""The recorder: a process of its own that watches a run, writes `run.rrd` and serves viewers.
 
-`python -m mavherd.gcs.recording.recorder RUN_FOLDER ZENOH_ENDPOINT RUN_ID`. It listens on Zenoh and
-follows the vehicles' truth logs, so nobody ever waits for it. It prints "ready" when it listens,
-and finishes the file when its standard input ends. `RUN_FOLDER/robots.json` says who takes part.
+`python -m mavherd.gcs.recording.recorder RUN_FOLDER ZENOH_ENDPOINT RUN_ID`, `--serve PORT` for
+viewers on loopback, `--no-file` for nobody else, `--apart` where robots have coordinators of their
+own. It follows the vehicles' truth logs and the event log, and listens on Zenoh, so nobody ever
+waits for it. `RUN_FOLDER/scenario.yaml` says who takes part.
+
+What it says, a line each: `ready` when it listens, `serving` when viewers may come, `lost REASON`
+when no more can be recorded, `done` when all is recorded that can be. It finishes when it is told
+so, with the word `finish` or, in a hurry, any other, or when its standard input ends; until that
+ends viewers are served.
 """
 
-import json
+import argparse
 import os
 import select
 import signal
 import sys
-from collections.abc import Callable
+import time
+from collections import deque
+from contextlib import suppress
 from pathlib import Path
 
-from ...transport.bus import Bus, Queue
+from ...scenarios.loader import load_scenario
+from ...transport.bus import Bus
 from ...transport.errors import MavherdError
-from ...transport.wire import WireError, unpack_target, unpack_team
-from ..report.truth import TruthTail
-from .robots import RecordedRobot, read_robots
+from ..report.truth import TruthTail, read_all
+from .inbox import Inbox
+from .kept import KeptFile, RecordingError, part_of
 from .scene import Scene
+from .stage import stage_of
+from .stream import Stream
 
-PERIOD_S = 0.25  # of wall time, between batches; longer for a large team, whose batches cost more
-PERIOD_PER_ROBOT_S = 0.02
-QUEUE = 1 << 16  # samples between two batches; a run may go much faster than real time
+PERIOD_S = 0.7  # of wall time, between batches; who is killed loses less than a second
+CROWD = 30  # robots whose batches are dear
+FINISH = b"finish\n"
+SERVED_S, SERVED_CROWD_S = 0.2, 0.5  # between batches that somebody watches
+FINE, COARSE = 2, 5  # rows of the 100 Hz truth that become one in the recording
+_FACTOR_S = 2.0  # of wall time, over which the real-time factor is measured
 
 
-class Inbox:
-    """What has come over Zenoh and is not recorded yet; from its making on nothing is missed."""
+class Speed:
+    """How many times as fast as real time fleet time has gone of late."""
 
-    def __init__(self, bus: Bus) -> None:
-        self.team = bus.queue("team", QUEUE)
-        self.targets = bus.queue("vehicle/*/target", QUEUE)
-        self.events = bus.queue("events", QUEUE)
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, float]] = deque()  # wall and fleet time
+
+    def at(self, wall: float, now: float) -> float | None:
+        """Return the factor, None as long as time stands still or was seen once only."""
+        seen = self._seen
+        if seen and now <= seen[-1][1]:
+            return None
+        seen.append((wall, now))
+        while len(seen) > 2 and wall - seen[1][0] >= _FACTOR_S:
+            seen.popleft()
+        began, first = seen[0]
+        return (now - first) / (wall - began) if wall > began else None
 
 
 class Recorder:
     """Moves what has arrived since the last batch into the scene."""
 
-    def __init__(
-        self, folder: Path, robots: list[RecordedRobot], inbox: Inbox, scene: Scene
-    ) -> None:
-        self._scene = scene
-        self._tails = [TruthTail(folder / "vehicles" / r.name / "truth.bin") for r in robots]
+    def __init__(self, folder: Path, robots: list[str], inbox: Inbox, scene: Scene) -> None:
+        every = FINE if len(robots) <= CROWD else COARSE
+        self._tails = [TruthTail(folder / "vehicles" / n / "truth.bin", every) for n in robots]
         self._inbox = inbox
-        self._bad: set[str] = set()
+        self._scene = scene
+        self._speed = Speed()
 
     def batch(self) -> bool:
         """Record what is new; return whether there was any truth."""
-        moved = False
-        for tail in self._tails:
-            track = tail.read()
-            if track is not None and len(track):
-                self._scene.add_truth(track)
-                moved = True
-        self._drain(self._inbox.team, lambda data: self._scene.add_states(unpack_team(data)[1]))
-        self._drain(self._inbox.targets, lambda data: self._scene.add_target(unpack_target(data)))
-        self._drain(self._inbox.events, lambda data: self._scene.add_event(*_unpack_event(data)))
+        tracks = read_all(self._tails)
+        for track in tracks:
+            self._scene.add_truth(track)
+        self._inbox.deliver(self._scene)
+        if (factor := self._speed.at(time.monotonic(), self._inbox.now)) is not None:
+            self._scene.add_clock(self._inbox.now, factor)
         self._scene.flush()
-        return moved
+        return bool(tracks)
 
     def finish(self) -> None:
-        """Record all that is left and end the recording."""
+        """Record all that is left."""
         while self.batch():
             pass
+        self._scene.flush(everything=True)
+        self._inbox.close()
         for tail in self._tails:
             tail.close()
-        self._scene.close()
-
-    def _drain(self, queue: Queue, record: Callable[[bytes], None]) -> None:
-        """Record every sample; complain once per key about those that are none."""
-        for key, payload in queue.drain():
-            try:
-                record(payload)
-            except WireError as error:
-                if key not in self._bad:
-                    self._bad.add(key)
-                    print(f"mavherd recorder: {key}: {error}", file=sys.stderr)
 
 
-def _unpack_event(data: bytes) -> tuple[float, str | None, str, str]:
-    try:
-        event = json.loads(data)
-        return float(event["t"]), event["vehicle"], str(event["kind"]), str(event["text"])
-    except (ValueError, KeyError, TypeError) as error:
-        raise WireError(f"event: {error!r}") from None
-
-
-def record(folder: Path, endpoint: str, run_id: str) -> None:
-    """Record the run in `folder` until standard input ends."""
-    robots = read_robots(folder)
-    part = folder / "run.rrd.part"
-    with Bus.client(endpoint, run_id) as bus:
-        inbox = Inbox(bus)
-        print("ready", flush=True)  # Rerun takes longer to import than the others to start
-        recorder = Recorder(folder, robots, inbox, Scene(part, run_id, robots))
-        period = max(PERIOD_S, PERIOD_PER_ROBOT_S * len(robots))
-        while not _stdin_ended(period):
+def record(args: argparse.Namespace) -> None:
+    """Record the run until standard input says otherwise; serve viewers until its end."""
+    folder: Path = args.folder
+    scenario = load_scenario(folder / "scenario.yaml")
+    is_served = args.serve is not None
+    whole = folder / "run.rrd"
+    with Bus.client(args.endpoint, args.run_id) as bus:
+        inbox = Inbox(folder, bus, scenario, apart=args.apart)
+        _say("ready")  # Rerun takes longer to import than the others to start
+        try:
+            file = None if args.no_file else part_of(whole)
+            stream = Stream(args.run_id, file=file, serve=args.serve)
+        except RuntimeError as error:
+            raise RecordingError(f"it cannot be begun: {error}") from None
+        kept = None if args.no_file else KeptFile(stream, whole)
+        scene = Scene(stream, stage_of(scenario))
+        if is_served:
+            _say("serving")
+        robots = [spec.name for spec in scenario.robots]
+        recorder = Recorder(folder, robots, inbox, scene)
+        served = SERVED_S if len(robots) <= CROWD else SERVED_CROWD_S
+        while not _told(served if is_served else PERIOD_S):
             recorder.batch()
+            if kept and not _handed_over(kept, needed=not is_served):
+                kept = None
         recorder.finish()
-    part.rename(folder / "run.rrd")
+    word = _next_word()
+    if kept:
+        kept.finish(in_hurry=word != FINISH)
+    _say("done")
+    while is_served and word:
+        word = _next_word()
+    stream.close()
 
 
-def _stdin_ended(timeout: float) -> bool:
-    """Wait at most `timeout` seconds for the end of standard input."""
+def _handed_over(kept: KeptFile, *, needed: bool) -> bool:
+    """Return whether all that was recorded is in the file; only who has viewers goes on if not."""
+    try:
+        kept.hand_over()
+    except RecordingError as error:
+        if needed:
+            raise
+        _say(f"lost {error}")
+        return False
+    return True
+
+
+def _told(timeout: float) -> bool:
+    """Wait at most `timeout` seconds to be told to finish."""
     readable, _, _ = select.select([sys.stdin], [], [], timeout)
-    return bool(readable) and not os.read(sys.stdin.fileno(), 4096)
+    return bool(readable)
+
+
+def _next_word() -> bytes:
+    """Wait for what is said on standard input; nothing is its end."""
+    return os.read(sys.stdin.fileno(), 4096)
+
+
+def _say(line: str) -> None:
+    with suppress(BrokenPipeError):  # the launcher is dead
+        os.write(sys.stdout.fileno(), f"{line}\n".encode())
 
 
 def main(argv: list[str]) -> int:
     """Run the recorder process; return its exit code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches us too: the launcher decides
     os.nice(19)  # nobody waits for the recording, so it takes what the run leaves
-    if len(argv) != 3:
-        print(
-            "usage: python -m mavherd.gcs.recording.recorder RUN_FOLDER ENDPOINT RUN_ID",
-            file=sys.stderr,
-        )
-        return 2
+    parser = argparse.ArgumentParser(prog="python -m mavherd.gcs.recording.recorder")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("endpoint")
+    parser.add_argument("run_id")
+    parser.add_argument("--serve", type=int, metavar="PORT")
+    parser.add_argument("--no-file", action="store_true")
+    parser.add_argument("--apart", action="store_true")
     try:
-        record(Path(argv[0]), argv[1], argv[2])
-    except MavherdError as error:
+        record(parser.parse_args(argv))
+    except (MavherdError, OSError) as error:
+        _say(f"lost {error}")
         print(f"mavherd recorder: {error}", file=sys.stderr)
-        return error.exit_code
+        return error.exit_code if isinstance(error, MavherdError) else 3
     except ModuleNotFoundError as error:
         if error.name != "rerun":
             raise

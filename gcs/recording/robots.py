@@ -1,4 +1,4 @@
-"""What the recorder must know of the robots before they move."""
+"""Who takes part in a run, for those who read its folder: `robots.json`."""
 
 import json
 from collections.abc import Iterable
@@ -10,8 +10,8 @@ from ...scenarios.schema import RobotSpec, Team
 from ...transport.frames import Triple
 
 
-class RecordedRobot(NamedTuple):
-    """What a recording must know of a robot beforehand (ENU); an entry of `robots.json`."""
+class ListedRobot(NamedTuple):
+    """An entry of `robots.json`; ENU."""
 
     name: str
     kind: str
@@ -21,9 +21,9 @@ class RecordedRobot(NamedTuple):
 
 
 def write_robots(folder: Path, starts: Iterable[RobotSpec], team: Team) -> None:
-    """Write `robots.json` for the recorder that will be started on `folder`."""
+    """Write `robots.json` into the folder of a run."""
     robots = [
-        RecordedRobot(
+        ListedRobot(
             spec.name,
             spec.kind,
             spec.system_id,
@@ -34,12 +34,3 @@ def write_robots(folder: Path, starts: Iterable[RobotSpec], team: Team) -> None:
     ]
     text = json.dumps([robot._asdict() for robot in robots], indent=1)
     (folder / "robots.json").write_text(text + "\n", encoding="utf-8")
-
-
-def read_robots(folder: Path) -> list[RecordedRobot]:
-    """Return the robots that `write_robots` wrote."""
-    entries = json.loads((folder / "robots.json").read_text(encoding="utf-8"))
-    return [
-        RecordedRobot(**{**entry, "start": tuple(entry["start"]), "target": tuple(entry["target"])})
-        for entry in entries
-    ]

@@ -1,9 +1,10 @@
 """From a run that has ended to its report: read the truth, judge it, write everything down."""
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,9 +13,13 @@ from ... import __version__
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.tlog import digest
 from ..compiled import state
+from ..flown.flown import lacking_logs
+from ..flown.folder import whole_or_part
+from .costs import NOTHING, Costs
 
 if TYPE_CHECKING:  # numpy is needed at the end only: a run is under way sooner without
     from .judge import Verdict
+    from .traffic import Traffic
     from .truth import Track, Trail
 
 PASSED, FAILED, TIMED_OUT, INTERRUPTED = 0, 1, 4, 130
@@ -32,7 +37,9 @@ class Ending:
     ticks: int = 0
     late_ticks: int = 0
     outside_clients: int = 0
-    partial: bool = False
+    missing: tuple[str, ...] = ()  # from the run folder, a line for each thing
+    started_at: float | None = None  # s, UTC
+    costs: Costs = NOTHING
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,19 +65,27 @@ def conclude(
     *,
     lockstep: bool,
     speed: float | None,
+    in_process: bool = False,
     figures: bool,
     record: bool,
     ports: dict[str, Any],
+    step: Callable[[str], None] = lambda _: None,
 ) -> Outcome:
-    """Judge the run in `folder` and write its report. Raises OSError when that cannot be."""
+    """Judge the run in `folder` and write its report. Raises OSError when that cannot be.
+
+    `step` is told what is being done.
+    """
+    step("reading the logs")
     tracks = _tracks(folder, starts)
+    lacking = lacking_logs(folder, [spec.name for spec in starts])
+    ending = replace(ending, missing=(*ending.missing, *lacking))
     tlogs = [
         folder / "vehicles" / spec.name / f"{spec.name}.tlog"
         for spec in sorted(starts, key=lambda spec: spec.system_id)
     ]
     whole = all(log.exists() for log in tlogs)
-    finished = all((log.parent / "truth.bin").exists() for log in tlogs)
-    ending = replace(ending, partial=ending.partial or not whole or not finished)
+    traffic = _traffic(folder, starts)
+    step("judging")
     report, verdict = assess(
         scenario,
         starts,
@@ -80,11 +95,15 @@ def conclude(
         digest=digest(tlogs) if lockstep and whole and ending.ticks else None,
         lockstep=lockstep,
         speed=speed,
+        in_process=in_process,
         ports=ports,
+        traffic=traffic,
     )
     from .report import write_report
 
-    notes = write_report(folder, report, scenario, starts, tracks, verdict, figures=figures)
+    notes = write_report(
+        folder, report, scenario, starts, tracks, verdict, figures=figures, step=step
+    )
     if record and find_spec("rerun") is None:
         notes.append("rerun-sdk is missing, so no recording (pip install 'mavherd[view]')")
     return Outcome(report["exit_code"], folder, report, notes)
@@ -100,7 +119,9 @@ def assess(
     digest: str | None,
     lockstep: bool = True,
     speed: float | None = None,
+    in_process: bool = True,
     ports: Mapping[str, Any] | None = None,
+    traffic: "Mapping[str, Traffic] | None" = None,
 ) -> "tuple[dict[str, Any], Verdict]":
     """Judge a run by its `tracks`; return the report and the verdict that is in it."""
     from .judge import judge
@@ -121,7 +142,9 @@ def assess(
         real_time_factor=ending.now / ending.wall_s if ending.wall_s else 0.0,
         digest=digest,
         outside_clients=ending.outside_clients,
-        partial=ending.partial,
+        missing=ending.missing,
+        started_at=_utc(ending.started_at),
+        in_process=in_process,
         ticks=ending.ticks,
         late_ticks=ending.late_ticks,
         error=ending.error,
@@ -131,6 +154,8 @@ def assess(
         python=platform.python_version(),
         platform=platform.platform(),
         ports=ports or {},
+        traffic=traffic or {},
+        costs=ending.costs,
     )
     return build_report(scenario, verdict, facts), verdict
 
@@ -149,3 +174,21 @@ def _tracks(folder: Path, starts: tuple[RobotSpec, ...]) -> "list[Track]":
                 track = read_truth(path)
                 tracks += [track] if len(track) else []
     return tracks
+
+
+def _traffic(folder: Path, starts: tuple[RobotSpec, ...]) -> "dict[str, Traffic]":
+    """Return what went over the link of every vehicle that has a log."""
+    from .traffic import read_traffic
+
+    traffic = {}
+    for spec in starts:
+        log = whole_or_part(folder / "vehicles" / spec.name / f"{spec.name}.tlog")
+        if log and (told := read_traffic(log, spec.system_id)):
+            traffic[spec.name] = told
+    return traffic
+
+
+def _utc(seconds: float | None) -> str | None:
+    if seconds is None:
+        return None
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")

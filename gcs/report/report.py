@@ -2,22 +2,25 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ...scenarios.schema import RobotSpec, Scenario
-from .contact import Collision, Pair
-from .judge import ClassResult, RobotResult, Verdict
+from ..flown.events import read_events
+from ..flown.folder import REPORT_SCHEMA as SCHEMA
+from .costs import NOTHING, Costs
+from .judge import Verdict
 from .page import page
 from .plain import plain
-from .states import write_states
+from .rows import class_row, collision_row, cpu_row, fleet_row, pair_row, robot_row
+from .states import write_events, write_states
+from .traffic import Traffic
 from .truth import Track
 
-SCHEMA = 1
-MAX_PAIRS = 200  # in the report; the nearest ones, of all
+MAX_PAIRS = 300  # in the report; the nearest ones, and all of 24 robots
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +37,7 @@ class RunFacts:
     real_time_factor: float
     digest: str | None
     outside_clients: int = 0
-    partial: bool = False  # something is missing from the run folder
+    missing: Sequence[str] = ()  # from the run folder, a line for each thing
     ticks: int = 0
     late_ticks: int = 0
     error: str | None = None
@@ -43,7 +46,11 @@ class RunFacts:
     compiled: str = ""  # whether its hot modules are, for people
     python: str = ""
     platform: str = ""
+    started_at: str | None = None  # UTC, ISO 8601
+    in_process: bool = False
     ports: Mapping[str, Any] = field(default_factory=dict)
+    traffic: Mapping[str, Traffic] = field(default_factory=dict)  # by robot, of those with a tlog
+    costs: Costs = NOTHING
 
 
 def build_report(scenario: Scenario, verdict: Verdict, facts: RunFacts) -> dict[str, Any]:
@@ -55,6 +62,7 @@ def build_report(scenario: Scenario, verdict: Verdict, facts: RunFacts) -> dict[
     report = {
         "schema": SCHEMA,
         "run_id": facts.run_id,
+        "started_at": facts.started_at,
         "scenario": scenario.name,
         "description": scenario.description,
         "seed": facts.seed,
@@ -64,25 +72,32 @@ def build_report(scenario: Scenario, verdict: Verdict, facts: RunFacts) -> dict[
         "error": facts.error,
         "assertions": [assertion._asdict() for assertion in verdict.assertions],
         "collisions": len(verdict.collisions),
-        "collision_events": [_collision(c) for c in verdict.collisions],
+        "collision_events": [collision_row(c) for c in verdict.collisions],
         "min_separation_m": verdict.min_separation,
         "all_arrived": verdict.all_arrived,
         "ready_at_s": verdict.ready_at,
         "ended_at_s": verdict.ended_at,
-        "robots": [_robot(r) for r in verdict.robots],
-        "classes": [_class(c) for c in verdict.classes],
-        "pairs": [_pair(p) for p in pairs[:MAX_PAIRS]],
+        "fleet": fleet_row(verdict, facts.traffic),
+        "robots": [
+            robot_row(r, facts.traffic.get(r.name), facts.costs.by_vehicle.get(r.name))
+            for r in verdict.robots
+        ],
+        "classes": [class_row(c) for c in verdict.classes],
+        "pairs": [pair_row(p) for p in pairs[:MAX_PAIRS]],
         "pairs_total": len(pairs),
         "lockstep": facts.lockstep,
         "speed": facts.speed,
+        "in_process": facts.in_process,
         "duration_s": facts.duration_s,
         "wall_s": facts.wall_s,
         "real_time_factor": facts.real_time_factor,
+        "cpu": cpu_row(facts.costs),
         "ticks": facts.ticks,
         "late_ticks": facts.late_ticks,
         "digest": facts.digest,
         "outside_clients": facts.outside_clients,
-        "partial": facts.partial,
+        "partial": bool(facts.missing),
+        "missing": list(facts.missing),
         "version": facts.version,
         "compiled": facts.compiled,
         "python": facts.python,
@@ -106,21 +121,26 @@ def write_report(
     verdict: Verdict,
     *,
     figures: bool = True,
+    step: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
-    """Write report.json first, then states, figures and report.html; return lines for the user.
+    """Write report.json first, then tables, figures and report.html; return lines for the user.
 
-    Every file appears under its name when it is complete.
+    Every file appears under its name when it is complete. `step` is told what is being done.
     """
+    step("writing the tables")
     _write(folder / "report.json", dump_report(report))
-    states = write_states(folder, tracks)
+    states = write_states(folder, tracks, partial=report["partial"])
+    write_events(folder, read_events(folder).events)
     notes = [] if states.suffix == ".parquet" else ["pyarrow is missing, so states.npz only"]
     pictures: list[Path] = []
     if find_spec("matplotlib") is None:
         notes.append("matplotlib is missing, so no figures")
     elif figures:
+        step("drawing the figures")
         from .figures import draw
 
         pictures = draw(folder / "figures", scenario, starts, tracks, verdict)
+    step("writing the report")
     _write(folder / "report.html", page(report, pictures))
     return [f"{'; '.join(notes)} (pip install 'mavherd[view]')"] if notes else []
 
@@ -129,54 +149,3 @@ def _write(path: Path, text: str) -> None:
     part = path.with_name(path.name + ".part")
     part.write_text(text, encoding="utf-8")
     part.replace(path)
-
-
-def _collision(c: Collision) -> dict[str, Any]:
-    east, north, up = c.position
-    return {
-        "time_s": c.time,
-        "robots": list(c.names),
-        "class": c.pair_class,
-        "east_m": east,
-        "north_m": north,
-        "up_m": up,
-    }
-
-
-def _pair(p: Pair) -> dict[str, Any]:
-    return {
-        "robots": list(p.names),
-        "class": p.pair_class,
-        "min_separation_m": p.min_separation,
-        "contact_m": p.contact,
-        "time_s": p.time,
-    }
-
-
-def _class(c: ClassResult) -> dict[str, Any]:
-    return {
-        "class": c.pair_class,
-        "pairs": c.pairs,
-        "collisions": c.collisions,
-        "min_separation_m": c.nearest and c.nearest.min_separation,
-        "contact_m": c.contact,
-        "robots": list(c.nearest.names) if c.nearest else None,
-        "time_s": c.nearest and c.nearest.time,
-    }
-
-
-def _robot(r: RobotResult) -> dict[str, Any]:
-    return {
-        "name": r.name,
-        "kind": r.kind,
-        "system_id": r.system_id,
-        "goal": r.goal,
-        "arrived": r.arrived,
-        "arrival_s": r.arrival,
-        "miss_m": r.miss,
-        "path_ratio": r.path_ratio,
-        "tracking_rmse_m": r.rmse,
-        "nearest": r.nearest,
-        "nearest_separation_m": r.nearest_separation,
-        "source": r.source,
-    }

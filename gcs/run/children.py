@@ -1,13 +1,13 @@
 """The processes of a run: started, watched and ended by pid and process group, never by name."""
 
 import os
-import select
+import resource
 import signal
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -37,11 +37,16 @@ class Child:
             env={**_ENVIRONMENT, **os.environ},
             **{"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, **pipes},
         )
+        self.cpu_s: float | None = None  # once it has ended, with what it has started
 
-    def wait(self, timeout: float) -> int | None:
+    def wait(self, timeout: float | None) -> int | None:
         """Return the exit code, None when the process has not ended within `timeout` seconds."""
+        before = _cpu_of_the_dead()
         with suppress(subprocess.TimeoutExpired):
-            return self.process.wait(timeout)
+            code = self.process.wait(timeout)
+            if self.cpu_s is None:
+                self.cpu_s = _cpu_of_the_dead() - before
+            return code
         return None
 
     def end(self, timeout: float = _END_S) -> int:
@@ -49,8 +54,8 @@ class Child:
         code = self.wait(timeout)
         if code is None:
             self.kill()
-            code = self.process.wait()
-        return code
+            code = self.wait(None)
+        return -signal.SIGKILL if code is None else code
 
     def terminate(self) -> None:
         """Ask the process to end at once."""
@@ -84,6 +89,12 @@ class Nursery:
     def __init__(self) -> None:
         self._child, self._channel = converse("mavherd.vehicles.nursery")
         self._exits: dict[int, int] = {}
+        self.costs: dict[int, float] = {}  # s of processor time, by pid, of vehicles that ended
+
+    @property
+    def cpu_s(self) -> float | None:
+        """Return its processor time with that of all vehicles, once it has seen to their end."""
+        return self._child.cpu_s if self._child.process.returncode == 0 else None
 
     def log_to(self, log: Path) -> None:
         """Say where its words go; before, they go where ours do."""
@@ -124,70 +135,27 @@ class Nursery:
         if "pid" in message:
             return int(message["pid"])
         self._exits[message["exited"]] = message["code"]
+        self.costs[message["exited"]] = message["cpu_s"]
         return None
 
     def exit_code(self, pid: int, timeout: float = 1.0) -> int | None:
         """Return how the vehicle `pid` ended, None when that is not known in time."""
+        self.hear_exits([pid], timeout)
+        return self._exits.get(pid)
+
+    def hear_exits(self, pids: Iterable[int], timeout: float) -> None:
+        """Take in how these vehicles ended, as far as that is told within `timeout` seconds."""
         deadline = time.monotonic() + timeout
         with suppress(ChannelClosed):
-            while pid not in self._exits and (left := deadline - time.monotonic()) > 0:
-                self._next(left)
-        return self._exits.get(pid)
+            for pid in pids:
+                while pid not in self._exits and (left := deadline - time.monotonic()) > 0:
+                    self._next(left)
 
     def close(self, timeout: float = _END_S) -> None:
         """End the nursery and every vehicle in it, who may take `timeout` seconds to finish."""
         self._channel.close()
         self._child.end(timeout)
         self._child.kill()  # whatever it may have left in its group
-
-
-class Recorder:
-    """Our end of the recorder process. Nothing depends on it but the recording."""
-
-    def __init__(self, folder: Path, endpoint: str, run_id: str) -> None:
-        with (folder / "recorder.txt").open("ab") as log:
-            self._child = Child(
-                "mavherd.gcs.recording.recorder",
-                [str(folder), endpoint, run_id],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=log,
-            )
-        self._is_up = False
-
-    @property
-    def ended(self) -> bool:
-        """Whether the process is gone."""
-        return self._child.wait(0) is not None
-
-    def wait_ready(self, timeout: float) -> bool:
-        """Return whether it has come up within `timeout` seconds."""
-        stdout = self._child.process.stdout
-        assert stdout is not None  # noqa: S101 - a pipe was asked for
-        ready, _, _ = select.select([stdout], [], [], timeout)
-        self._is_up = bool(ready and stdout.readline().strip() == b"ready")
-        return self._is_up
-
-    def finish(self) -> None:
-        """Have it finish the recording, and wait for nothing."""
-        if self._child.process.stdin:
-            with suppress(OSError):
-                self._child.process.stdin.close()
-
-    def close(self, timeout: float, interrupted: Callable[[], bool], hurry: float) -> bool:
-        """Have it finish the recording; return whether it did.
-
-        An interrupt leaves it `hurry` seconds, and none when it was not up yet.
-        """
-        self.finish()
-        deadline = time.monotonic() + timeout
-        while not interrupted() and time.monotonic() < deadline:
-            if self._child.wait(_SLICE_S) is not None:
-                break
-        code = self._child.end(hurry if interrupted() and self._is_up else 0.0)
-        if self._child.process.stdout:
-            self._child.process.stdout.close()
-        return code == 0
 
 
 def how_it_ended(code: int | None) -> str:
@@ -198,3 +166,9 @@ def how_it_ended(code: int | None) -> str:
         with suppress(ValueError):
             return f"was killed by {signal.Signals(-code).name}"
     return f"ended with exit code {code}"
+
+
+def _cpu_of_the_dead() -> float:
+    """Return the processor time (s) of all children that have been waited for, so far."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from ...scenarios.errors import show
 from ...transport.bus import Bus
 from ...transport.errors import MavherdError
 from ...transport.local_bus import LocalBus
@@ -108,7 +109,10 @@ class ClockDesk:
     def _obey(self, command: str, now: float) -> bool:
         if self._control is None:
             raise MavherdError(FREE)
+        was_stepping = self._control.stepping
         changed = self._control.order(command, time.monotonic())
+        if was_stepping and not self._control.stepping:
+            self._call_off_steps(f"called off by {show(command)} at {now:.2f} s")
         if changed:
             toggled = "pause" if self._control.paused else "resume"
             self._event(now, toggled if command == "toggle" else command)
@@ -116,6 +120,11 @@ class ClockDesk:
 
     def _event(self, now: float, text: str) -> None:
         self._note({"t": round(now, 6), "vehicle": None, "kind": "clock", "text": text})
+
+    def _call_off_steps(self, reason: str) -> None:
+        for question in self._stepping:
+            question.refuse(f"{' '.join(question.text.split())}: {reason}")
+        self._stepping = []
 
     def _answer_steps(self, control: ClockControl) -> None:
         for question in self._stepping:

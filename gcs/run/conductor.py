@@ -132,6 +132,8 @@ class Lockstep(Clock):
     may get several ticks at once; several advance tick by tick, each by the states of the others.
     """
 
+    outside: int = 0  # clients at the vehicles' own ports, when we last looked
+
     def tick(self, period_us: int) -> None:
         """Advance everybody by one period."""
         self.advance(period_us)
@@ -172,11 +174,13 @@ class Lockstep(Clock):
             except ChannelClosed:
                 self._hear_last_words(coordinator)
         early: dict[str, dict[str, Any]] = {}
-        team = []
+        team, outside = [], 0
         for coordinator in self.coordinators:
             answer = self._answer(coordinator, early)
             self.take(coordinator, answer)
             team.append(b64decode(answer["team"]))
+            outside += answer.get("outside", 0)
+        self.outside = outside
         return team
 
     def _answer(
@@ -191,8 +195,10 @@ class Lockstep(Clock):
                 answer = coordinator.channel.receive(SLICE_S)
             except ChannelClosed:
                 raise Died(coordinator.name, None, self.now) from None
-            if answer is not None:
+            if answer is not None and answer.keys() != {"events"}:
                 return answer
+            if answer is not None:  # of who is waited for
+                self.take(coordinator, answer)
             for other in self.coordinators:  # it may be waiting for one that has given up
                 self._look_at(other, early)
             if self.interrupted():

@@ -14,14 +14,19 @@ from ...transport.channel import ChannelClosed
 from ...transport.errors import LinkError, VehicleError
 from ...transport.links import socket_pair_udp
 from ...vehicles.grants import LIVENESS_S
-from .children import READY_S, Child, Nursery, Recorder, hand_over, how_it_ended
+from ..report.costs import Costs
+from .children import READY_S, Child, Nursery, hand_over, how_it_ended
 from .conductor import CoordinatorHandle, Died, Interrupted, VehicleHandle
 from .head_start import HeadStart
 from .onboard import vehicle_config
 from .parting import END_S, Note, came_up, half_close, hear_out, left, part
 from .ports import LOOPBACK, PortPlan
+from .recording import Recorder
+from .view import Step
 
 _RECORDER_END_S = 20.0
+_TELL_S = 0.5  # for the nursery to tell how vehicles have ended that have said their last word
+_TOLD = 4  # times, while vehicles start
 _MORE_S = 0.2  # in a hurry, for vehicles to end, then for the nursery, then for the recorder
 
 
@@ -44,7 +49,7 @@ class Crew:
         self.coordinators: list[CoordinatorHandle] = []
         self.ends: dict[str, socket.socket] = {}  # our end of the sockets of those in `ours`
         self.ports: dict[str, Any] = {}
-        self.partial = False  # the recorder did not come up or did not finish
+        self.missing: list[str] = []  # from the run folder, a line for each thing
         self._scenario = scenario
         self._starts = starts
         self._interrupted = interrupted
@@ -73,16 +78,25 @@ class Crew:
         lockstep: bool,
         started: float,
         record: bool,
+        serve: int | None = None,
         ours: Collection[str] = (),
+        step: Step = lambda _: None,
     ) -> None:
-        """Start everybody and wait until they are ready.
+        """Start everybody and wait until they are ready; `step` is told what is waited for.
 
         `endpoint` is Zenoh's; free-running, fleet time is 0 at `started` on the monotonic clock.
+        The recorder writes a file if we are to `record`, and lets viewers come to the port `serve`.
         Vehicles in `ours` get no coordinator: the caller is theirs, and finds its ends in `ends`.
         """
         self._folder = folder
-        if record and find_spec("rerun") is not None:
-            self._recorder = Recorder(folder, endpoint, folder.name)
+        self._step = step
+        if (record or serve is not None) and find_spec("rerun") is not None:
+            central = self._scenario.team.coordinators == "central"
+            steered = len(self._starts) - len(ours)
+            apart = steered > 0 and not (central and not ours)
+            self._recorder = Recorder(
+                folder, endpoint, folder.name, apart=apart, serve=serve, keep=record
+            )
         self._nursery = self._head_start.nursery()
         self._nursery.log_to(folder / "launcher.txt")
         common = {"lockstep": lockstep, "started": started}
@@ -131,7 +145,9 @@ class Crew:
             asked.append((spec.name, control))
             ends[spec.name] = ours
         nursery.fork()
-        for name, control in asked:
+        for up, (name, control) in enumerate(asked):
+            if up * _TOLD % len(asked) < _TOLD:
+                self._step(f"starting {len(asked)} vehicles, {up} are up")
             pid = nursery.pid(self._interrupted)
             self.vehicles.append(VehicleHandle(name, pid, control))
         return ends
@@ -171,6 +187,7 @@ class Crew:
         allowed = READY_S + 0.5 * len(self.coordinators)
         deadline = time.monotonic() + allowed
         for coordinator in self.coordinators:
+            self._step(f"waiting for {coordinator.name}")
             answer = None
             while answer is None:
                 if self._interrupted():
@@ -187,12 +204,30 @@ class Crew:
                 raise VehicleError(error)
             coordinator.ready = True
         recorder = self._recorder
+        self._step("waiting for the recorder")
         while recorder and not recorder.wait_ready(0.1):
             if self._interrupted():
                 raise Interrupted
-            if recorder.ended or time.monotonic() > deadline:
-                self.partial = True
-                return
+            if time.monotonic() > deadline:
+                recorder.kill("did not come up in time")
+            if recorder.ended:
+                return  # the run goes on without; `lost` tells
+
+    def lost(self) -> str:
+        """Return, once, why the recording has broken off; empty as long as it has not."""
+        if self._recorder is None or not (loss := self._recorder.loss) or loss in self.missing:
+            return ""
+        self.missing.append(loss)
+        return loss
+
+    def wait_serving(self, timeout: float) -> bool:
+        """Return whether viewers may come to the recorder, within `timeout` seconds."""
+        return self._recorder is not None and self._recorder.wait_serving(timeout)
+
+    def end_serving(self) -> None:
+        """Let no viewer come any more; what they hold they keep."""
+        if self._recorder:
+            self._recorder.dismiss()
 
     def stop(
         self,
@@ -200,6 +235,7 @@ class Crew:
         hurry: bool,
         note: Note = lambda _: None,
         insists: Callable[[], bool] = lambda: False,
+        step: Step = lambda _: None,
     ) -> None:
         """End every process, coordinators first; nothing is left afterwards.
 
@@ -209,10 +245,11 @@ class Crew:
         has nothing to finish, and may be in the midst of its imports: it is killed.
         """
         at_once = hurry and not self._is_up
+        step("ending vehicles and coordinators")
         with self._sockets:
             deadline = self._end_coordinators(hurry, note, insists)
             if self._recorder and hurry:
-                self._recorder.finish()
+                self._recorder.finish(hurry=True)
             for vehicle in self.vehicles:
                 half_close(vehicle.control)
             deadline = deadline + _MORE_S if hurry else time.monotonic() + LIVENESS_S
@@ -221,10 +258,27 @@ class Crew:
                     hear_out(vehicle, deadline)
         deadline = deadline + _MORE_S if hurry else time.monotonic() + 2 * END_S
         if self._nursery:
+            if not at_once:
+                self._nursery.hear_exits(
+                    [v.pid for v in self.vehicles], min(_TELL_S, left(deadline))
+                )
             self._nursery.close(0.0 if at_once else left(deadline))
         hurried = left(deadline + _MORE_S) if hurry else END_S
-        if self._recorder and not self._recorder.close(_RECORDER_END_S, self._interrupted, hurried):
-            self.partial = True
+        if self._recorder:
+            step("finishing the recording")
+            self._recorder.close(_RECORDER_END_S, self._interrupted, hurried)
+
+    def costs(self) -> Costs:
+        """Return the processor time of everybody; call it when all have been stopped."""
+        nursery, recorder = self._nursery, self._recorder
+        coordinators = [child.cpu_s for child in self._children if child.cpu_s is not None]
+        by_pid = nursery.costs if nursery else {}
+        return Costs(
+            vehicles=nursery.cpu_s if nursery and self.vehicles else None,
+            coordinators=sum(coordinators) if coordinators else None,
+            recorder=recorder.child.cpu_s if recorder else None,
+            by_vehicle={v.name: by_pid[v.pid] for v in self.vehicles if v.pid in by_pid},
+        )
 
     def _end_coordinators(self, hurry: bool, note: Note, insists: Callable[[], bool]) -> float:
         """End every coordinator; return until when all that could have taken."""

@@ -12,6 +12,7 @@ from .conductor import FreeRun, Interrupted, Lockstep
 from .keys import Keys
 from .open_run import OpenRun
 from .showing import Showing
+from .view import Going
 
 if TYPE_CHECKING:
     from .in_process_run import InProcessRun
@@ -45,7 +46,10 @@ def drive(
                 if wall >= look_at or wall < control.due:
                     look_at = wall + SLICE_S
                     changed = desk.attend(clock.now)
-                    showing.show_paced(control, at_once=changed)
+                    if isinstance(run, OpenRun):
+                        run.look_after_recording()
+                    outside = clock.outside if isinstance(clock, Lockstep) else 0
+                    showing.show_paced(control, at_once=changed, outside=outside)
                     if control.due > wall:
                         desk.wait(control.due)
                         continue
@@ -71,7 +75,9 @@ def listen(run: OpenRun, clock: FreeRun, showing: Showing, interrupted: Callable
                 raise Interrupted
             clock.listen(run.started, _LISTEN_S)
             desk.attend(clock.now)
-            showing.show(clock.now, 1.0)
+            run.look_after_recording()
+            late = sum(coordinator.late for coordinator in clock.coordinators)
+            showing.show(clock.now, Going(late=late))
     finally:
         run.wall_s = time.monotonic() - run.started
         desk.close()

@@ -9,11 +9,13 @@ from typing import Any
 from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.errors import VehicleError
+from ..report.costs import Costs
 from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Ending, assess, timed_out
 from .in_process_run import InProcessRun
 from .in_process_team import InProcess
-from .open_run import RunOptions, Unseen
+from .open_run import RunOptions
 from .readiness import Readiness
+from .view import Unseen
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ def simulate(
     starts = draw_starts(scenario)
     ready = Readiness(len(starts))
     team = InProcess(scenario, starts, ready.note)
-    begun = time.monotonic()
+    begun, started_at, cpu_before = time.monotonic(), time.time(), time.process_time()
     exit_code, error = _drive(team, scenario, interrupted)
     ending = Ending(
         exit_code=exit_code,
@@ -59,6 +61,8 @@ def simulate(
         wall_s=time.monotonic() - begun,
         ready_at=ready.at,
         ticks=team.ticks,
+        started_at=started_at,
+        costs=Costs(launcher=time.process_time() - cpu_before),
     )
     report, _ = assess(
         scenario,

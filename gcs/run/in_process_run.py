@@ -12,11 +12,13 @@ from typing import Any
 from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.local_bus import LocalBus
+from ..report.costs import Costs
 from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
 from .in_process_team import InProcess
-from .open_run import RunOptions, View
+from .open_run import RunOptions
 from .readiness import Readiness
 from .run_folder import make_folder, name_folder
+from .view import View
 
 
 class InProcessRun:
@@ -38,6 +40,8 @@ class InProcessRun:
         self.started = 0.0  # on the monotonic clock
         self.wall_s = 0.0
         self._ready = Readiness(len(self.starts))
+        self._started_at = time.time()
+        self._cpu_before = time.process_time()
         self._view = view
         self._stack = ExitStack()
 
@@ -80,6 +84,8 @@ class InProcessRun:
             ready_at=self._ready.at,
             ticks=clock.ticks if clock else 0,
             late_ticks=clock.late if clock else 0,
+            started_at=self._started_at,
+            costs=Costs(launcher=time.process_time() - self._cpu_before),
         )
         return conclude(
             self.folder,
@@ -88,7 +94,9 @@ class InProcessRun:
             ending,
             lockstep=True,
             speed=options.speed,
+            in_process=True,
             figures=options.figures and exit_code != INTERRUPTED,
             record=False,
             ports={},
+            step=self._view.step,
         )

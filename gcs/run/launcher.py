@@ -3,19 +3,21 @@
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
-from typing import TYPE_CHECKING
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING, Self
 
 from ...scenarios.schema import Scenario
 from ...transport.errors import VehicleError, os_reason
+from ..ctrl_c import presses
 from ..report.outcome import INTERRUPTED, PASSED, TIMED_OUT, Outcome, timed_out
 from ..team.coordinator import check_laws
 from .conductor import Clock, Died, FreeRun, Interrupted, Lockstep
 from .drive import drive, listen
 from .head_start import HeadStart
 from .keys import Keys
-from .open_run import OpenRun, RunOptions, Unseen, View
+from .open_run import OpenRun, RunOptions
 from .showing import Showing, look_at_bus, look_at_teams
+from .view import Unseen, View
 
 if TYPE_CHECKING:
     from .in_process_run import InProcessRun
@@ -25,7 +27,10 @@ __all__ = ["Run", "RunOptions", "Unseen", "View"]
 
 
 class Run:
-    """One run of one scenario; `keys` are the user's, where one sits at a terminal."""
+    """One run of one scenario; `keys` are the user's, where one sits at a terminal.
+
+    It is shown live, if that was asked for, until the end of the block.
+    """
 
     def __init__(
         self,
@@ -42,6 +47,24 @@ class Run:
         self._keys = keys
         self._head_start = head_start
         self._signals = 0
+        self._shown: OpenRun | None = None  # to viewers
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._end_show()
+
+    @property
+    def page(self) -> str:
+        """Where a browser still finds what was shown; empty when nowhere."""
+        dashboard = self._shown.dashboard if self._shown else None
+        return dashboard.page if dashboard else ""
 
     def execute(self) -> Outcome:
         """Run from start to report. Raises MavherdError when nothing could be started."""
@@ -63,13 +86,14 @@ class Run:
 
     def _open(self) -> "OpenRun | InProcessRun":
         if not self.options.in_process:
-            return OpenRun(
+            self._shown = OpenRun(
                 self.scenario,
                 self.options,
                 self._view,
                 self._interrupted,
                 head_start=self._head_start,
             )
+            return self._shown
         from .in_process_run import InProcessRun  # vehicles and all: others start sooner without
 
         return InProcessRun(self.scenario, self.options, self._view, self._interrupted)
@@ -103,6 +127,11 @@ class Run:
             showing = Showing(self._view, look_at_teams(clock.look))
             drive(run, clock, showing, self._interrupted, self._keys)
 
+    def _end_show(self) -> None:
+        if self._shown:
+            self._shown.end_show(hurry=self._interrupted())
+        self._shown = None
+
     def _interrupted(self) -> bool:
         return self._signals > 0
 
@@ -121,6 +150,7 @@ class Run:
             ours.append(signal.SIGHUP)
         try:
             before = {s: signal.signal(s, note) for s in ours}
+            self._signals += presses()
         except ValueError:  # not in the main thread: the caller has its own way to stop
             yield
             return

@@ -4,15 +4,14 @@ import json
 import time
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.bus import Bus, Publisher
 from ...transport.errors import LinkError, VehicleError
-from ...transport.wire import VehicleState
 from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
 from ..safety.abandoned import complaint, fate, may_be_armed
 from .conductor import Clock, FreeRun, Lockstep
@@ -22,6 +21,11 @@ from .lease import leased
 from .ports import API_UDP, GCS_UDP, LOOPBACK, PortPlan, free_tcp_port
 from .readiness import Readiness
 from .run_folder import make_folder, name_folder
+from .view import View
+
+if TYPE_CHECKING:
+    from ..recording.dashboard import Dashboard
+    from ..recording.viewers import Viewing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,45 +37,10 @@ class RunOptions:
     paused: bool = False  # time stands still until somebody lets it go on (lockstep)
     in_process: bool = False  # all vehicles and coordinators in this process (lockstep)
     record: bool = True
+    viewing: "Viewing | None" = None  # live
     figures: bool = True
     out: Path = Path("runs")
     ports: PortPlan = PortPlan()
-
-
-class View(Protocol):
-    """Shows a run while it goes on."""
-
-    def started(self, folder: Path, ports: dict[str, Any]) -> None:
-        """Everything is up; the run begins."""
-        ...
-
-    def update(
-        self, now: float, states: list[VehicleState], factor: float, clock: str = ""
-    ) -> None:
-        """Show the team at fleet time `now`, running `factor` times as fast as real time.
-
-        `clock` says what was asked of the clock: "paused", "speed 2", or nothing.
-        """
-        ...
-
-    def event(self, event: dict[str, Any]) -> None:
-        """Show one event."""
-        ...
-
-
-class Unseen:
-    """A view that shows nothing."""
-
-    def started(self, folder: Path, ports: dict[str, Any]) -> None:
-        """Show nothing."""
-
-    def update(
-        self, now: float, states: list[VehicleState], factor: float, clock: str = ""
-    ) -> None:
-        """Show nothing."""
-
-    def event(self, event: dict[str, Any]) -> None:
-        """Show nothing."""
 
 
 class OpenRun:
@@ -95,6 +64,7 @@ class OpenRun:
         self.options = options
         self.starts = draw_starts(scenario)
         self.folder = name_folder(options.out, scenario)
+        self.dashboard = _dashboard(options.viewing)
         with ExitStack() as stack:
             self._plan = stack.enter_context(leased(options.ports))
             others = len(ours) < len(self.starts)
@@ -105,6 +75,8 @@ class OpenRun:
         self.clock: Clock | None = None
         self.started = 0.0  # free-running, fleet time is 0 then, on the monotonic clock
         self.ready = Readiness(len(self.starts))
+        self._started_at = time.time()
+        self._cpu_before = time.process_time()
         self.wall_s = 0.0
         self._view = view
         self._interrupted = interrupted
@@ -130,7 +102,9 @@ class OpenRun:
             lockstep=lockstep,
             started=self.started,
             record=self.options.record,
+            serve=self.dashboard.ports.data if self.dashboard else None,
             ours=self._ours,
+            step=self._view.step,
         )
         kind = Lockstep if lockstep else FreeRun
         self.clock = kind(crew.vehicles, crew.coordinators, self._interrupted, self.note)
@@ -161,8 +135,35 @@ class OpenRun:
         of those whose coordinator was not there any more to do it.
         """
         with self._stack:
-            self.crew.stop(hurry=hurry, note=self.note, insists=insists)
+            step = self._view.step
+            self.crew.stop(hurry=hurry, note=self.note, insists=insists, step=step)
+            self.look_after_recording()
             self._note_abandoned()
+
+    def look_after_recording(self) -> None:
+        """Tell, once, of a recording that has broken off; open viewers when there is a show."""
+        if loss := self.crew.lost():
+            self._tell("problem", loss)
+        if dashboard := self.dashboard:
+            if self.crew.wait_serving(0.0):
+                for text in dashboard.open(self.folder / "viewers.txt"):
+                    self._tell("viewer", text)
+            for text in dashboard.look():
+                self._tell("viewer", f"{text}; the run goes on")
+
+    def end_show(self, *, hurry: bool) -> None:
+        """Let no viewer come any more, at the very end; a window stays, with what it has."""
+        if self.dashboard:
+            self.dashboard.wait_fetched(hurry=hurry)
+            for text in self.dashboard.look():  # the event log is complete
+                self._view.event({"t": 0.0, "vehicle": None, "kind": "viewer", "text": text})
+        self.crew.end_serving()
+        if self.dashboard:
+            self.dashboard.close()
+
+    def _tell(self, kind: str, text: str) -> None:
+        now = self.clock.now if self.clock else 0.0
+        self.note({"t": round(now, 6), "vehicle": None, "kind": kind, "text": text})
 
     def _note_abandoned(self) -> None:
         silent = [c for c in self.crew.coordinators if not c.parted]
@@ -193,7 +194,9 @@ class OpenRun:
             ticks=ticks,
             late_ticks=late,
             outside_clients=sum(v.outside_clients for v in crew.vehicles),
-            partial=crew.partial,
+            missing=tuple(crew.missing),
+            started_at=self._started_at,
+            costs=replace(crew.costs(), launcher=time.process_time() - self._cpu_before),
         )
         return conclude(
             self.folder,
@@ -205,6 +208,7 @@ class OpenRun:
             figures=options.figures and exit_code != INTERRUPTED,
             record=options.record,
             ports=crew.ports,
+            step=self._view.step,
         )
 
     def _open_bus(self) -> tuple[Bus, str]:
@@ -220,3 +224,12 @@ class OpenRun:
                     raise
             else:
                 return bus, endpoint
+
+
+def _dashboard(viewing: "Viewing | None") -> "Dashboard | None":
+    """Raise MavherdError for what cannot be viewed here."""
+    if not viewing:
+        return None
+    from ..recording.dashboard import Dashboard
+
+    return Dashboard(viewing, stays=True)

@@ -7,7 +7,7 @@ from ...scenarios.schema import Scenario
 from ...transport.bus import Bus
 from ...transport.wire import VehicleState, unpack_state, unpack_team
 from .clock_control import ClockControl
-from .open_run import View
+from .view import Going, View
 
 _PERIOD_S = 0.25
 _PAUSED_PERIOD_S = 1.0  # nothing moves
@@ -24,22 +24,26 @@ class Showing:
         self._at = 0.0
         self._shown = 0.0  # s of fleet time
 
-    def show(self, now: float, factor: float, clock: str = "") -> None:
-        """Show the team at fleet time `now`, `factor` times real time, and how the clock stands."""
+    def show(self, now: float, going: Going) -> None:
+        """Show the team at fleet time `now`, and how it goes on."""
         wall = monotonic()
         if wall < self._at:
             return
         self._shown = now
-        self._at = wall + (_PAUSED_PERIOD_S if clock == _PAUSED else _PERIOD_S)
+        self._at = wall + (_PAUSED_PERIOD_S if going.clock == _PAUSED else _PERIOD_S)
         states = sorted(self._look(), key=lambda state: state.system_id)
-        self._view.update(now, states, factor, clock)
+        self._view.update(now, states, going)
 
-    def show_paced(self, control: ClockControl, *, at_once: bool) -> None:
-        """Show a team whose clock can be held: at once, too, when it has come to stand still."""
+    def show_paced(self, control: ClockControl, *, at_once: bool, outside: int = 0) -> None:
+        """Show a team whose clock can be held: at once, too, when it has come to stand still.
+
+        `outside` clients have come to the vehicles' own ports.
+        """
         control.measure(monotonic())
         if at_once or (control.standing and control.now != self._shown):
             self._at = 0.0
-        self.show(control.now, control.rate, _words(control))
+        going = Going(control.rate, _words(control), control.late, outside)
+        self.show(control.now, going)
 
 
 def look_at_teams(teams: Callable[[], list[bytes]]) -> Look:

@@ -11,7 +11,8 @@ from ...transport.switchboard import Switchboard
 from ...transport.wire import Phase
 from ..report.outcome import FAILED, INTERRUPTED, PASSED, Outcome
 from ..run.conductor import FreeRun, Interrupted, Lockstep
-from ..run.open_run import OpenRun, RunOptions, Unseen
+from ..run.open_run import OpenRun, RunOptions
+from ..run.view import Unseen
 from ..safety.abandoned import complaint, fate
 from ..safety.rest import WATCH_S, ComeToRest
 from ..team.coordinator import Member

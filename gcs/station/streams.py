@@ -1,6 +1,6 @@
 """What telemetry a station asks for, and how it makes sure that it comes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from ...transport.mavlink import Message, mav
 from .commands import RETRY_S, Commands, Request
@@ -60,10 +60,11 @@ class WatchedStreams:
     """Asks an external vehicle for telemetry, message by message, and sees that it comes.
 
     It is asked again when a stream stays away or comes at less than half its rate: before its
-    estimator has an origin, after a reboot, or when another station has slowed it down.
+    estimator has an origin, after a reboot, or when another station has slowed it down. `also`:
+    what else is wanted, by message id, and at which interval in us.
     """
 
-    def __init__(self, rate_hz: float) -> None:
+    def __init__(self, rate_hz: float, also: Mapping[int, float] | None = None) -> None:
         interval_us = max(_FASTEST_US, 1e6 / rate_hz)
         # Few different intervals: ArduPilot has ten for each link, and rounds to the nearest.
         self._wanted = {
@@ -75,6 +76,7 @@ class WatchedStreams:
             mav.MAVLINK_MSG_ID_GPS_RAW_INT: 1e6,
             mav.MAVLINK_MSG_ID_BATTERY_STATUS: 1e6,
             mav.MAVLINK_MSG_ID_MISSION_CURRENT: 1e6,
+            **(also or {}),
         }
         self._request: Request | None = None
         self._asked = 0  # message id

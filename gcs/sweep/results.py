@@ -20,7 +20,7 @@ class ResultStream:
 
     Each batch is whole when `append` returns, whatever happens to this process. What a kill left
     of a batch is cut off when the stream is opened again (`cut` bytes); `done` are the runs in it.
-    One process at a time. Raises MavherdError for another sweep's stream, or one in use.
+    One process at a time. Raises MavherdError for what is no stream, another sweep's, or in use.
     """
 
     def __init__(self, path: Path, columns: Sequence[Column]) -> None:
@@ -75,11 +75,22 @@ class ResultStream:
         """Begin a stream, or find the end of the last whole batch and cut off the rest."""
         size = os.fstat(self._file.fileno()).st_size
         end = self._read() if size else 0
+        if size and not end and not self._is_begun(size):
+            raise MavherdError(
+                f"{self.path}: not the results of a sweep (move it away, and go on: the runs in it"
+                " are done again)"
+            )
         if end < size:
             self.cut = size - end
             self._file.truncate(end)
         if not end:
             self._write(memoryview(self.schema.serialize()))
+
+    def _is_begun(self, size: int) -> bool:
+        """Return whether this is the beginning of our stream, torn in its schema."""
+        self._file.seek(0)
+        schema = self.schema.serialize().to_pybytes()
+        return size < len(schema) and schema.startswith(self._file.read(size))
 
     def _read(self) -> int:
         """Note which runs are done; return where the last whole batch ends."""

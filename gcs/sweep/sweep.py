@@ -83,7 +83,7 @@ class Sweep:
             with ResultStream(self.folder / STREAM, columns(self.plan, self.points)) as stream:
                 if not table.exists():  # asked while nobody else can write it
                     if stream.cut:
-                        view.note(f"{stream.cut} bytes of a row that was being written are cut off")
+                        view.note(f"{stream.cut} bytes after the last whole row are cut off")
                     view.begun(len(stream.done), self.plan.runs)
                     if len(stream.done) < self.plan.runs:
                         self._run(stream, engine(), view, interrupted)

@@ -17,6 +17,7 @@ from .columns import JUDGED, Row
 
 _REFRESH_S = 0.5
 _LINE_S = 10.0  # between lines where no bar can be drawn
+_PATIENCE_S = 2.0  # what takes no longer needs no line
 
 
 class SweepView:
@@ -32,18 +33,20 @@ class SweepView:
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
-            TextColumn("[dim]left[/dim]"),
+            TextColumn("[dim]gone,[/dim]"),
             TimeRemainingColumn(),
+            TextColumn("[dim]left[/dim]"),
             TextColumn("[dim]{task.fields[counted]}[/dim]"),
             console=console,
             auto_refresh=False,
             transient=True,
-            disable=not console.is_terminal,
+            disable=not console.is_interactive,
             speed_estimate_period=60,
         )
         self._bar = self._progress.add_task("runs", total=None, counted="")
         self._runs = self._done = self._collided = self._failed = 0
         self._begun = self._shown = time.monotonic()
+        self._checked = -_LINE_S
         self._done_before = 0
 
     def __enter__(self) -> "SweepView":
@@ -57,9 +60,15 @@ class SweepView:
         self._progress.update(
             self._bar, description="checking the grid", completed=points, total=of
         )
-        if time.monotonic() - self._begun > _REFRESH_S:  # it takes long enough to be looked at
-            self._progress.start()
-            self.refresh()
+        waited = time.monotonic() - self._begun
+        if self._console.is_interactive:
+            if waited > _REFRESH_S:  # it takes long enough to be looked at
+                self._progress.start()
+                self.refresh()
+        elif waited > _PATIENCE_S and time.monotonic() - self._checked >= _LINE_S:
+            self._checked = time.monotonic()
+            left = _duration((of - points) * waited / points)
+            self.note(f"checking the grid: {points} of {of} points, {left} left")
 
     def begun(self, done: int, runs: int) -> None:
         """Show that the sweep goes on from `done` of its `runs`."""
@@ -82,7 +91,7 @@ class SweepView:
 
     def refresh(self) -> None:
         """Draw, if it is time."""
-        period = _REFRESH_S if self._console.is_terminal else _LINE_S
+        period = _REFRESH_S if self._console.is_interactive else _LINE_S
         if time.monotonic() - self._shown >= period:
             self._show()
 
@@ -98,7 +107,7 @@ class SweepView:
 
     def _show(self) -> None:
         self._shown = time.monotonic()
-        if self._console.is_terminal:
+        if self._console.is_interactive:
             self._progress.refresh()
         elif self._runs > self._done > self._done_before:
             rate = (self._done - self._done_before) / (self._shown - self._begun)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .ground import Ground
 
 SLICE_S = 0.2  # how often a wait looks whether it still makes sense
+STALL_S = 2.0  # of waiting, and it is told for whom
 
 
 class Died(VehicleError):  # noqa: N818 - reads as what it is
@@ -42,17 +43,32 @@ class VehicleHandle:
 
 
 class Barrier:
-    """Grants time to some vehicles. `check` is called during every wait; it raises to end it."""
+    """Grants time to some vehicles. `check` is called during every wait; it raises to end it.
 
-    def __init__(self, vehicles: Sequence[VehicleHandle], check: Callable[[], None]) -> None:
+    `stalled` is told, once in a wait that takes long, the vehicle that is waited for and since
+    what fleet time.
+    """
+
+    def __init__(
+        self,
+        vehicles: Sequence[VehicleHandle],
+        check: Callable[[], None],
+        stalled: Callable[[str, float], None] = lambda name, since: None,
+    ) -> None:
         self._vehicles = vehicles
         self._check = check
+        self._stalled = stalled
         self._now_us = 0
         self.done = (0.0, 0)  # s of fleet time, and ticks, with what the coordinator has to do
         self.incoming = [0] * len(vehicles)  # datagrams that wait for each
         self._gates = [select.poll() for _ in vehicles]
         for vehicle, gate in zip(vehicles, self._gates, strict=True):
             gate.register(vehicle.control, select.POLLIN)
+
+    @property
+    def outside_clients(self) -> int:
+        """Return how many clients have come to the vehicles' own ports."""
+        return sum(vehicle.outside_clients for vehicle in self._vehicles)
 
     def advance(self, until_us: int) -> list[int]:
         """Have every vehicle live until then; return the number of datagrams that each has sent."""
@@ -69,7 +85,7 @@ class Barrier:
         return sent
 
     def _sent(self, vehicle: VehicleHandle, gate: select.poll) -> int:
-        data, deadline = b"", 0.0
+        data, begun, told = b"", 0.0, False
         while len(data) < DONE.size:
             try:
                 part = vehicle.control.recv(DONE.size - len(data), socket.MSG_DONTWAIT)
@@ -78,8 +94,12 @@ class Barrier:
                 if gate.poll(SLICE_S * 1e3):
                     continue
                 self._check()
-                deadline = deadline or time.monotonic() + LIVENESS_S
-                if time.monotonic() > deadline:
+                begun = begun or time.monotonic()
+                waited = time.monotonic() - begun
+                if waited > STALL_S and not told:
+                    told = True
+                    self._stalled(vehicle.name, self._now_us * 1e-6)
+                if waited > LIVENESS_S:
                     raise VehicleError(
                         f"{vehicle.name} (pid {vehicle.pid}) is frozen: no answer to the tick "
                         f"after {self._now_us * 1e-6:.2f} s for {LIVENESS_S:.0f} s"
@@ -106,7 +126,8 @@ def serve(grant: Mapping[str, Any], barrier: Barrier, ground: "Ground") -> dict[
     `barrier.done` tells of the ticks before.
     """
     if "look" in grant:
-        return {"team": b64encode(ground.exchange.known()).decode()}
+        team = b64encode(ground.exchange.known()).decode()
+        return {"team": team, "outside": barrier.outside_clients}
     until_us, period_us, most = grant["until_us"], grant["period_us"], grant["ticks"]
     core = ground.core
     answer_at = time.monotonic() + grant["wall_s"]

@@ -24,7 +24,7 @@ from ...transport.bus import Bus
 from ...transport.channel import Channel, ChannelClosed
 from ...transport.child import log_to, settle
 from ...transport.errors import MavherdError, os_reason
-from .barrier import Barrier, Died, VehicleHandle, serve
+from .barrier import STALL_S, Barrier, Died, VehicleHandle, serve
 from .exchange import REPEAT_S
 from .ground import Ground
 
@@ -79,7 +79,12 @@ class CoordinatorProcess:
             if channel.ended:
                 raise ChannelClosed
 
-        barrier = self._barrier = Barrier(self._conducted, look)
+        def stalled(name: str, since: float) -> None:
+            text = f"no answer to the tick after {since:.2f} s for {STALL_S:g} s: all wait for it"
+            self.core.tell(since, name, "stall", text)
+            channel.send({"events": self.core.take_events()})
+
+        barrier = self._barrier = Barrier(self._conducted, look, stalled)
         exchange = self.ground.exchange
         patience = REPEAT_S
         while True:

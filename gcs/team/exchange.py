@@ -8,6 +8,7 @@ from ...transport.local_bus import LocalBus
 from ...transport.wire import (
     VehicleState,
     WireError,
+    pack_snapshot,
     pack_state,
     pack_target,
     pack_team,
@@ -17,7 +18,9 @@ from ...vehicles.grants import LIVENESS_S
 from .coordinator import Coordinator
 
 REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
-TARGET_HZ = 5  # on the bus, for those who watch; the vehicles get every one
+TARGET_HZ = 5  # of one vehicle on the bus, for those who watch; the vehicle gets every one
+SNAPSHOT_HZ = 10  # of all vehicles, for those who watch;
+CROWD = 30  # more than so many are shown at half that rate
 _LOOK_EVERY = 10  # ticks between two looks at who listens
 _PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
 
@@ -35,17 +38,22 @@ class Exchange:
         self._states = {n: bus.publisher(f"vehicle/{n}/state") for n in own}
         self._targets = {n: bus.publisher(f"vehicle/{n}/target") for n in own}
         self._team = bus.publisher("team") if self.alone else None
+        self._snapshots = bus.publisher("snapshot", for_onlookers=True) if self.alone else None
+        snapshot_hz = SNAPSHOT_HZ if len(own) <= CROWD else SNAPSHOT_HZ / 2
+        self._snapshot_every = max(1, round(core.scenario.team.rate_hz / snapshot_hz))
         self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
         self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
         self._present = dict.fromkeys(own, True)
         self._keys = {spec.name: f"vehicle/{spec.name}/state" for spec in core.scenario.robots}
-        self._offered: list[VehicleState] = []  # our states of this tick
+        self._now = 0.0  # fleet time of this tick
+        self._offered: list[VehicleState] = []  # our states of it
         self._packed: dict[str, bytes] = {}  # those that somebody wants
         self._followed: set[str] = set()  # whose states somebody listens to
         self._watched: set[str] = set()  # and whose targets
 
     def offer(self, now: float) -> None:
         """Begin a tick: publish our states, as far as somebody listens."""
+        self._now = now
         states = self._offered = self._core.states()
         if self._core.sequence % _LOOK_EVERY == 1:
             self._look_who_listens()
@@ -71,6 +79,12 @@ class Exchange:
 
     def publish_targets(self) -> None:
         """Say now and then, to those who watch, what our vehicles were asked to do."""
+        sequence = self._core.sequence
+        if self._snapshots and sequence % self._snapshot_every == 0 and self._snapshots.wanted:
+            known = [state for state in self._offered if state.time >= 0]
+            asked = [member.target for member in self._core.members.values()]
+            targets = [target for target in asked if target is not None]
+            self._snapshots.put(pack_snapshot(sequence, self._now, known, targets))
         if not self._watched:
             return
         for turn, (name, publisher) in enumerate(self._targets.items(), self._core.sequence):

@@ -7,6 +7,9 @@ import sys
 def main() -> int:
     """Run the command line; Ctrl-C while it is being imported is no different from later."""
     try:
+        from .gcs.ctrl_c import remember
+
+        remember()
         _open_standard_streams()
         from .gcs.cli import main as command_line
 

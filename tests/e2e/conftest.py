@@ -14,11 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
 
+DOCS = Path(__file__).parents[2] / "docs"
 _PORT_OPTIONS = "--gcs-udp", "--api-udp", "--tcp"
 _PATIENCE = 30.0  # s, for a condition on a machine that has other things to do
 
@@ -47,7 +49,11 @@ class Finished:
 
     @property
     def report(self) -> dict[str, Any]:
-        return json.loads((self.folder / "report.json").read_text())
+        """What report.json says, which is as its schema says."""
+        report = json.loads((self.folder / "report.json").read_text())
+        schema = json.loads((DOCS / "report.schema.json").read_text())
+        jsonschema.validate(report, schema, jsonschema.Draft202012Validator)
+        return report
 
     @property
     def complaint(self) -> str:

@@ -88,8 +88,8 @@ def test_an_argument_that_cannot_be(sandbox, arguments, complaint):
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
-        ("run one-rover --in-process --no-record", 2),
-        ("sweep one-rover --seeds 0:2", 2),
+        ("run one-rover --in-process --no-record", 0),
+        ("sweep one-rover --seeds 0:2", 0),
         ("run missing.yaml", 2),
         ("fly", 2),
         ("scenarios", 0),
@@ -116,6 +116,13 @@ def test_a_run_folder_that_cannot_be_written(sandbox):
     assert "cannot write the run folder: Not a directory" in one_line(done)
 
 
+def test_a_run_folder_that_there_is_no_room_for_is_not_left_behind(sandbox):
+    limit = "sh", "-c", 'ulimit -f 1; exec "$@"', "limit"  # blocks of 512 bytes for each file
+    done = sandbox.run("run", "one-rover", "--no-record", prefix=limit)
+    assert "cannot write the run folder: File too large" in one_line(done)
+    assert done.folder is None
+
+
 def test_a_disk_that_is_full_while_running(sandbox):
     limit = "sh", "-c", 'ulimit -f 64; exec "$@"', "limit"  # blocks of 512 bytes for each file
     done = sandbox.run("run", "one-rover", "--no-record", prefix=limit)
@@ -130,7 +137,7 @@ def test_stdout_that_is_full(sandbox, arguments):
     with open("/dev/full", "w") as full:  # noqa: PTH123 - not a file
         done = sandbox.run(*arguments.split(), stdout=full)
     assert done.code == 2
-    assert "No space left on device" in done.complaint
+    assert done.complaint == "mavherd: standard output: No space left on device"
 
 
 def test_a_reader_of_stdout_that_leaves_early_is_no_error(sandbox):

@@ -9,6 +9,7 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -37,9 +38,11 @@ def long_run(sandbox, *options):
 @pytest.mark.parametrize("pace", ["--lockstep", "--speed=1", "--free-run"])
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_during_the_run(sandbox, pace, how):
-    process = long_run(sandbox, pace, "--no-record")
+    process = long_run(sandbox, pace, "--no-record", "--junit", "junit.xml")
     folder = sandbox.wait_for_run()
     done = interrupt(sandbox, process, how)
+    (error,) = ElementTree.parse(sandbox.folder / "junit.xml").iter("error")
+    assert (error.get("type"), error.text) == ("exit code 130", "interrupted")
     report = done.report
     assert (report["exit_code"], report["error"]) == (130, "interrupted")
     assert not report["passed"]
@@ -53,7 +56,7 @@ def test_during_the_run(sandbox, pace, how):
 def test_twice_is_no_different(sandbox):
     process = long_run(sandbox)
     part = sandbox.wait_for_run() / "run.rrd.part"
-    sandbox.wait_for(lambda: part.exists() and part.stat().st_size, "a recording")
+    sandbox.wait_for(lambda: part.exists() and part.stat().st_size > 400_000, "a recording")
     done = interrupt(sandbox, process, times=2)
     assert done.report["exit_code"] == 130
     assert not done.report["partial"]
@@ -88,6 +91,36 @@ sys.exit(cli.main([]))
 def test_while_python_runs_a_text():  # as it does for every dataclass it imports
     done = subprocess.run([sys.executable, "-c", IN_A_TEXT], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (130, "mavherd: interrupted\n")
+
+
+DROPPED = """
+import os, signal, sys
+from mavherd.__main__ import main
+from mavherd.scenarios import loader
+
+load = loader.load_scenario
+
+
+def drop_it(*args):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        pass
+    return load(*args)
+
+
+loader.load_scenario = drop_it
+sys.exit(main())
+"""
+
+
+def test_where_python_drops_the_exception(sandbox):  # as it does in callbacks during imports
+    scenario, out = sandbox.scenario(far=2000, duration=3600), str(sandbox.folder / "runs")
+    command = [sys.executable, "-c", DROPPED, "run", scenario, "--no-record", "--out", out]
+    command += ["--gcs-udp", "0", "--api-udp", "0", "--tcp", "0"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=sandbox.folder, timeout=60)
+    assert done.returncode == 130
+    assert done.stderr.splitlines()[-1] == "mavherd: interrupted"
 
 
 def test_while_the_report_is_written(sandbox):

@@ -2,6 +2,7 @@
 
 import json
 from contextlib import closing
+from xml.etree import ElementTree
 
 import pytest
 from pymavlink import mavutil
@@ -16,7 +17,9 @@ KEYS = {  # that design and documentation promise
 @pytest.fixture(scope="module")
 def crossing(shared_sandbox):
     """One run of the largest of the first scenarios, recorded, as JSON."""
-    return shared_sandbox.run("run", "crossing-targets", "--json", "--seed", 3)
+    return shared_sandbox.run(
+        "run", "crossing-targets", "--json", "--seed", 3, "--junit", "ci/junit.xml"
+    )
 
 
 def test_a_run_leaves_everything_it_promises(crossing):
@@ -45,6 +48,36 @@ def test_json_on_stdout_is_the_report_alone(crossing):
     assert not report["partial"]
     assert (report["seed"], report["law"], report["collisions"]) == (3, "safe", 0)
     assert (report["lockstep"], report["outside_clients"]) == (True, 0)
+
+
+def test_the_report_counts_what_the_run_has_cost_and_what_went_over_its_links(crossing):
+    report = crossing.report
+    cpu = report["cpu"]
+    parts = ("launcher_s", "vehicles_s", "coordinators_s", "recorder_s")
+    assert all(cpu[part] > 0 for part in parts)
+    assert cpu["total_s"] == pytest.approx(sum(cpu[part] for part in parts))
+    own = [robot["cpu_s"] for robot in report["robots"]]
+    assert 0 < sum(own) < cpu["vehicles_s"]  # which the process that forks them is part of
+    for robot in report["robots"]:
+        setpoints, link = robot["setpoints"], robot["link"]
+        assert setpoints["rate_hz"] == pytest.approx(20)  # in lockstep one each tick
+        assert setpoints["longest_gap_s"] == pytest.approx(0.05)
+        assert link["lost_frames"] == 0
+        assert link["position_rate_hz"] == pytest.approx(20, rel=0.01)
+        assert link["oldest_state_s"] == 0
+        tlog = crossing.folder / "vehicles" / robot["name"] / f"{robot['name']}.tlog"
+        stamps = 8 * (link["to_vehicle_frames"] + link["from_vehicle_frames"])
+        told = link["to_vehicle_bytes"] + link["from_vehicle_bytes"]
+        assert told + stamps == tlog.stat().st_size
+    assert report["missing"] == []
+
+
+def test_junit_says_what_the_report_says(crossing, shared_sandbox):
+    suite = ElementTree.parse(shared_sandbox.folder / "ci" / "junit.xml").getroot()[0]
+    assert (suite.get("failures"), suite.get("errors")) == ("0", "0")
+    assert int(suite.get("tests")) == 1 + len(crossing.report["assertions"])
+    properties = {each.get("name"): each.get("value") for each in suite.iter("property")}
+    assert properties["digest"] == crossing.report["digest"]
 
 
 def test_digest_is_computed_again_from_the_tlogs(crossing, shared_sandbox):

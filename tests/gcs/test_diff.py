@@ -436,9 +436,10 @@ def refusal(capsys, a, b):
 
 def test_what_is_no_run_folder_is_refused(tmp_path, capsys):
     run = flown(tmp_path / "run", {"rover1": usual()})
-    assert "No such file" in refusal(capsys, run, tmp_path / "nowhere")
-    assert "is not a run's" in refusal(capsys, run, _broken(tmp_path / "1", "report.json", "[]"))
-    assert "is not a run's" in refusal(capsys, run, _broken(tmp_path / "2", "report.json", "{"))
+    assert "no such folder" in refusal(capsys, run, tmp_path / "nowhere")
+    for name, text in (("1", "[]"), ("2", "{")):
+        broken = _broken(tmp_path / name, "report.json", text)
+        assert "report.json: this is not a run's report" in refusal(capsys, run, broken)
     assert "no robots" in refusal(capsys, run, _broken(tmp_path / "3", "scenario.yaml", "a: 1"))
     assert "not YAML" in refusal(capsys, run, _broken(tmp_path / "4", "scenario.yaml", "a: ["))
     torn = _broken(tmp_path / "5", "vehicles/rover1/rover1.tlog", "this is no telemetry log")

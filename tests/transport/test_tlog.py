@@ -95,3 +95,12 @@ def test_the_digest_is_over_frames_in_order_without_times(tmp_path):
     expected = hashlib.sha256(b"".join(frames(10) + frames(4))).hexdigest()
     assert digest([a, b]) == digest([slower, b]) == expected
     assert digest([b, a]) != expected
+
+
+def test_of_a_log_whose_writer_is_killed_only_the_last_half_second_is_missing(tmp_path):
+    log = TlogWriter(tmp_path / "a.tlog")
+    for i, frame in enumerate(frames(200)):
+        log.write(EPOCH_US + i * 10_000, frame)
+    stamps = [time_us for time_us, _ in read_tlog(tmp_path / "a.tlog.part")]
+    log.close()
+    assert EPOCH_US + 1_990_000 - stamps[-1] <= 500_000

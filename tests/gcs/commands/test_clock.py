@@ -1,5 +1,8 @@
 """`mavherd clock`: where it finds a run's clock, and what it says where there is none."""
 
+import json
+import socket
+
 import pytest
 
 from mavherd.gcs.cli import main
@@ -45,6 +48,17 @@ def test_however_it_is_written_steps_are_waited_for(words, monkeypatch, capsys):
             return Answer(True, '{"t": 20.0, "paused": true, "speed": "max"}')
 
     monkeypatch.setattr(Bus, "client", lambda endpoint, run_id: Client())
-    assert main(["clock", "tcp/127.0.0.1:1", *words]) == 0
+    with socket.create_server(("127.0.0.1", 0)) as router:
+        endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
+        assert main(["clock", endpoint, *words]) == 0
     assert asked == [("step 400", clock._STEP_PATIENCE_S)]
     assert capsys.readouterr().out == "20.00 s, paused, max speed\n"
+
+
+def test_a_run_that_has_ended_is_told_as_that_without_asking_zenoh(said, tmp_path, monkeypatch):
+    monkeypatch.setattr(Bus, "client", lambda *_: pytest.fail("Zenoh tries for seconds"))
+    with socket.create_server(("127.0.0.1", 0)) as router:
+        endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
+    (tmp_path / "ports.json").write_text(json.dumps({"zenoh": endpoint}))
+    for where in (tmp_path, endpoint):
+        assert said(where, "pause") == f"mavherd: {where}: its clock is gone: the run has ended"

@@ -29,6 +29,12 @@ def begins(monkeypatch, capsys):
         def __init__(self, *args):
             self.started = BeginsError(*args[:3])
 
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
         def execute(self):
             made.append(self.started)
             raise self.started

@@ -1,29 +1,35 @@
-"""The recorder writes what Zenoh and the truth logs tell, whole, and never holds anybody up."""
+"""The recorder writes what Zenoh and the logs tell, whole, and never holds anybody up."""
 
 import json
+import math
 import os
+import resource
 import select
 import signal
 import socket
 import subprocess
 import sys
 import time
+import warnings
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
 pytest.importorskip("rerun")
 
-from mavherd.gcs.recording.robots import read_robots, write_robots
-from mavherd.gcs.recording.separation import LiveSeparation
-from mavherd.scenarios.schema import Goto, Point, RobotSpec, Team
+from mavherd.gcs.recording.replay import Recording, mend
+from mavherd.gcs.recording.robots import write_robots
+from mavherd.scenarios.dump import scenario_to_yaml
+from mavherd.scenarios.schema import Goto, Point, RobotSpec, Scenario, Team
 from mavherd.transport.bus import Bus
 from mavherd.transport.wire import (
     Phase,
     Target,
     VehicleState,
+    pack_snapshot,
+    pack_state,
     pack_target,
-    pack_team,
 )
 
 RUN = "test-run"
@@ -42,22 +48,29 @@ WAYS = {
 SECONDS = 10.0
 
 
-@pytest.fixture
-def endpoint():
+def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+        return probe.getsockname()[1]
+
+
+@pytest.fixture
+def endpoint():
+    return f"tcp/127.0.0.1:{free_port()}"
 
 
 @pytest.fixture
 def recorder(tmp_path, endpoint):
     """Start recorders on the run folder; all are gone afterwards."""
-    write_robots(tmp_path, SPECS, Team())
+    scenario = Scenario(name="test", robots=SPECS, team=Team(start_sigma_m=0.0))
+    (tmp_path / "scenario.yaml").write_text(scenario_to_yaml(scenario))
+    tell(tmp_path, (0.0, None, "begin"))
     started = []
 
-    def start():
+    def start(*options):
+        module = "mavherd.gcs.recording.recorder"
         process = subprocess.Popen(
-            [sys.executable, "-m", "mavherd.gcs.recording.recorder", str(tmp_path), endpoint, RUN],
+            [sys.executable, "-m", module, str(tmp_path), endpoint, RUN, *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -73,10 +86,14 @@ def recorder(tmp_path, endpoint):
             pipe.close()
 
 
-def wait_ready(process):
-    readable, _, _ = select.select([process.stdout], [], [], 20)
-    assert readable
-    assert process.stdout.readline() == b"ready\n"
+def hear(process, word):
+    """Wait until it says something that begins so; return it. Lines come one at a time."""
+    line = ""
+    while not line.startswith(word):
+        assert select.select([process.stdout], [], [], 20)[0], f"it never said {word}"
+        line = process.stdout.readline().decode()
+        assert line, f"it has ended and never said {word}: {process.stderr.read()}"
+    return line.strip()
 
 
 def end(process):
@@ -98,12 +115,29 @@ def logs(tmp_path, truth_log):
     return write
 
 
+def wait_for(condition):
+    deadline = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def newest(path, entity, component):
+    """Return the time of the last value in a recording that may go on, -1 before the first."""
+    with suppress(RuntimeError, ValueError, KeyError):  # it has no whole beginning yet
+        return read_recording(path)[entity][component][-1][0]
+    return -1.0
+
+
 def read_recording(path):
     """Return what was recorded over time: entity -> component -> list of (time, value)."""
     from rerun.chunk import RrdReader
 
     found = {}
-    for chunk in RrdReader(path).stream():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of one that has no end yet
+        chunks = list(RrdReader(path).stream())
+    for chunk in chunks:
         if "sim_time" not in chunk.timeline_names:
             continue
         rows = chunk.to_record_batch()
@@ -116,112 +150,175 @@ def read_recording(path):
     return {e: {c: sorted(v, key=lambda x: x[0]) for c, v in d.items()} for e, d in found.items()}
 
 
-def publish(bus):
-    """Say what a coordinator and the launcher say during the run."""
-    team, events = bus.publisher("team"), bus.publisher("events")
-    targets = {spec.name: bus.publisher(f"vehicle/{spec.name}/target") for spec in SPECS}
-    deadline = time.monotonic() + 10
-    while not all(p.wanted for p in (team, events, *targets.values())):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+def states(tick):
+    """Return what is believed of all robots at a tick."""
+    t = tick / 20
+    phase = Phase.STARTING if t < 3 else Phase.ACTIVE
     still = (0.0, 0.0, 0.0)
-    for tick in range(int(SECONDS * 20)):
-        t = tick / 20
-        phase = Phase.STARTING if t < 3 else Phase.ACTIVE
-        states = [
-            VehicleState(s.name, s.system_id, tick, t, still, still, (1, 0, 0, 0), 4, t >= 1, phase)
-            for s in SPECS
-        ]
-        team.put(pack_team(tick, states))
-        target = Target("r1", t, (0.5 * t, 0.3, 0.0), still, still, still)
-        targets["r1"].put(pack_target(target))
-    for t, vehicle, text in ((0.0, None, "begin"), (3.0, "r1", "active")):
-        events.put(json.dumps({"t": t, "vehicle": vehicle, "kind": "phase", "text": text}).encode())
-    events.put(b"not JSON")
+    return [
+        VehicleState(s.name, s.system_id, tick, t, still, still, (1, 0, 0, 0), 4, t >= 1, phase)
+        for s in SPECS
+    ]
 
 
-def test_a_run_is_recorded_whole_and_reads_back(tmp_path, endpoint, recorder, logs):
+def target(tick, name="r1", north=0.3):
+    still = (0.0, 0.0, 0.0)
+    return Target(name, tick / 20, (0.5 * tick / 20, north, 0.0), still, still, still)
+
+
+def wanted(bus, key):
+    """Return a publisher to which somebody listens."""
+    publisher = bus.publisher(key)
+    wait_for(lambda: publisher.wanted)
+    return publisher
+
+
+def publish(bus):
+    """Say what a coordinator says during the run, and things that nobody should say."""
+    snapshots = wanted(bus, "snapshot")
+    for tick in range(0, int(SECONDS * 20) + 1, 2):
+        snapshots.put(pack_snapshot(tick, tick / 20, states(tick), [target(tick)]))
+    ghost = states(200)[0]._replace(name="ghost")
+    nowhere = target(200, "q2", math.nan)
+    snapshots.put(pack_snapshot(200, SECONDS, [ghost], [target(200, "ghost"), nowhere]))
+    for junk in (b"", b"junk", bytes(4000), b"\xff" * 4000):
+        snapshots.put(junk)
+
+
+def tell(folder, *events):
+    """Say what the launcher writes down."""
+    with (folder / "events.jsonl").open("a") as log:
+        for t, vehicle, text in events:
+            event = {"t": t, "vehicle": vehicle, "kind": "phase", "text": text}
+            log.write(json.dumps(event) + "\n")
+
+
+def test_a_run_is_recorded_whole_though_logs_grow_and_junk_comes(
+    tmp_path, endpoint, recorder, logs
+):
+    logs()
+    whole = {path: path.read_bytes() for path in tmp_path.glob("vehicles/*/truth.bin")}
+    for path in whole:
+        path.unlink()
+    recording = tmp_path / "run.rrd.part"
     with Bus.router(endpoint, RUN, reliable=True) as bus:
         process = recorder()
-        wait_ready(process)
+        hear(process, "ready")
         publish(bus)
-        logs()
-        time.sleep(0.5)  # samples are on their way; the recorder polls every 0.25 s
-        complaints = end(process)
-    assert complaints.count("\n") == 1
-    assert "events: event:" in complaints
-    assert not (tmp_path / "run.rrd.part").exists()
-    seen = read_recording(tmp_path / "run.rrd")
-
-    poses = seen["/world/r1"]["translation"]
-    assert len(poses) == 501  # 50 Hz
-    assert poses[-1][0] == pytest.approx(10.0)
-    assert poses[-1][1][0] == pytest.approx([5.0, 0.0, 0.0])
-    facing_north = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # x y z w, from east
-    assert seen["/world/q2"]["quaternion"][0][1][0] == pytest.approx(facing_north)
-
-    speed = seen["/plots/speed/r1"]["scalars"]
-    assert speed[100][1] == pytest.approx([0.5])
-    error = seen["/plots/error/r1"]["scalars"]
-    assert len(error) == 100  # 10 Hz
-    assert [value for _, value in error] == pytest.approx(np.full((100, 1), 0.3), abs=1e-6)
-
-    quads = seen["/plots/separation/quadcopter-quadcopter"]["scalars"]
-    assert [t for t, _ in quads] == pytest.approx(np.arange(201) / 20)
-    assert quads[200][1] == pytest.approx([3.0])
-    assert "/plots/separation/rover-rover" not in seen
-    trail = seen["/trails/r1"]["strips"]
-    assert trail[-1][1][0][-1] == pytest.approx([5.0, 0.0, 0.0], abs=0.2)
-
-    assert [(t, v[0]) for t, v in seen["/mode/r1"]["state"]] == [
-        (0.0, "HOLD disarmed"),
-        (1.0, "HOLD"),
-    ]
-    assert [(t, v[0]) for t, v in seen["/phase/q2"]["state"]] == [
-        (0.0, "starting"),
-        (3.0, "active"),
-    ]
-    assert [v[0] for _, v in seen["/events"]["text"]] == ["begin", "r1: active"]
-
-
-def test_logs_that_grow_and_are_renamed_are_followed(tmp_path, endpoint, recorder, logs):
-    logs()
-    whole = {}
-    for spec in SPECS:
-        path = tmp_path / "vehicles" / spec.name / "truth.bin"
-        whole[path] = path.read_bytes()
-        path.unlink()
-    with Bus.router(endpoint, RUN):
-        process = recorder()
-        wait_ready(process)
-        files = {path: path.with_name("truth.bin.part").open("wb", buffering=0) for path in whole}
-        for share in (0.3, 0.7, 1.0):
-            for path, data in whole.items():
-                file = files[path]
-                file.write(data[file.tell() : int(share * len(data))])
-            time.sleep(0.3)  # let it read a part
-        for path, file in files.items():
+        parts = {path: path.with_name("truth.bin.part").open("wb", buffering=0) for path in whole}
+        for share in (0.3, 0.7):
+            for path, file in parts.items():
+                file.write(whole[path][file.tell() : int(share * len(whole[path]))])
+            until = (share - 0.1) * SECONDS
+            wait_for(
+                lambda until=until: newest(recording, "/world/robots/r1", "translation") > until
+            )
+        wait_for(lambda: newest(recording, "/phase/r1", "state") == 3.0)
+        for path, file in parts.items():
+            file.write(whole[path][file.tell() :])
             file.close()
             path.with_name("truth.bin.part").rename(path)
+        with (tmp_path / "events.jsonl").open("a") as log:
+            log.write("not JSON\n[]\n")
+        tell(tmp_path, (3.0, "r1", "active"))
+        complaints = end(process)
+    assert [line.split(": ")[1] for line in complaints.splitlines()] == ["snapshot", "events.jsonl"]
+    assert not recording.exists()
+    seen = read_recording(tmp_path / "run.rrd")
+    poses = seen["/world/robots/r1"]["translation"]
+    times = [t for t, _ in poses]
+    assert (times[0], times[-1]) == pytest.approx((0.0, SECONDS), abs=0.05)
+    assert 0.0 < np.diff(times).min() <= np.diff(times).max() <= 0.051  # 20 Hz or more
+    for t, position in poses:
+        assert position[0] == pytest.approx([0.5 * t, 0.0, 0.0], abs=1e-5)
+    assert [t for t, _ in seen["/phase/q2"]["state"]] == [0.0, 3.0]
+    assert [t for t, _ in seen["/mode/r1"]["state"]] == [0.0, 1.0]
+    texts = [v[0] for _, v in seen["/events"]["text"]]
+    assert ["begin" in texts[0], "active" in texts[1], len(texts)] == [True, True, 2]
+    assert not any(entity.startswith("/phase/") and "ghost" in entity for entity in seen)
+
+
+def test_robots_with_coordinators_of_their_own_are_recorded_too(tmp_path, endpoint, recorder, logs):
+    logs()
+    with Bus.router(endpoint, RUN, reliable=True) as bus:
+        process = recorder("--apart")
+        hear(process, "ready")
+        publishers = [wanted(bus, f"vehicle/{spec.name}/state") for spec in SPECS]
+        aims = wanted(bus, "vehicle/r1/target")
+        for tick in range(int(SECONDS * 20)):
+            for publisher, state in zip(publishers, states(tick), strict=True):
+                publisher.put(pack_state(state))
+            aims.put(pack_target(target(tick)))
+        part = tmp_path / "run.rrd.part"
+        wait_for(lambda: newest(part, "/phase/q3", "state") == 3.0)
         assert end(process) == ""
-    poses = read_recording(tmp_path / "run.rrd")["/world/q3"]["translation"]
-    assert [t for t, _ in poses] == pytest.approx(np.arange(501) / 50)
+    seen = read_recording(tmp_path / "run.rrd")
+    assert [t for t, _ in seen["/mode/q2"]["state"]] == [0.0, 1.0]
+    assert "/world/targets/r1" in seen
 
 
-def test_interrupt_is_left_to_the_launcher_and_a_killed_recorder_leaves_a_visible_part(
+def test_an_interrupt_is_left_to_the_launcher_and_who_is_killed_leaves_what_there_was(
     tmp_path, endpoint, recorder, logs
 ):
     logs(".part")
+    part = tmp_path / "run.rrd.part"
     with Bus.router(endpoint, RUN):
         process = recorder()
-        wait_ready(process)
+        hear(process, "ready")
         os.kill(process.pid, signal.SIGINT)
-        with pytest.raises(subprocess.TimeoutExpired):
-            process.wait(0.7)
+        for name in WAYS:
+            entity = f"/world/robots/{name}"
+            wait_for(lambda e=entity: newest(part, e, "translation") >= SECONDS - 0.1)
         process.kill()
         process.wait()
-    assert (tmp_path / "run.rrd.part").exists()
+    mended = tmp_path / "mended.rrd"  # who is killed while he writes leaves half a word
+    mend(Recording(part, None), mended)
+    assert newest(mended, "/world/robots/q3", "translation") >= SECONDS - 0.1
     assert not (tmp_path / "run.rrd").exists()
+
+
+def test_a_disk_that_is_full_ends_the_recording_and_what_there_is_can_be_read(
+    tmp_path, endpoint, recorder, logs
+):
+    part = tmp_path / "run.rrd.part"
+    with Bus.router(endpoint, RUN):
+        process = recorder()
+        hear(process, "ready")
+        wait_for(lambda: newest(part, "/events", "text") == 0.0)
+        room = part.stat().st_size + 2000
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (room, room))
+        logs()
+        assert hear(process, "lost") == "lost run.rrd.part cannot be written any more"
+        assert process.wait(20) == 3
+    assert newest(part, "/events", "text") == 0.0
+    assert not (tmp_path / "run.rrd").exists()
+
+
+def test_a_recording_that_cannot_be_begun_is_told_of(tmp_path, endpoint, recorder):
+    (tmp_path / "run.rrd.part").symlink_to("/dev/full")
+    with Bus.router(endpoint, RUN):
+        process = recorder()
+        assert "No space left on device" in hear(process, "lost it cannot be begun")
+        assert process.wait(20) == 3
+
+
+def test_viewers_are_served_until_the_end_though_the_file_is_whole_before(
+    tmp_path, endpoint, recorder, logs
+):
+    logs()
+    port = free_port()
+    with Bus.router(endpoint, RUN):
+        process = recorder("--serve", str(port))
+        hear(process, "serving")
+        process.stdin.write(b"\n")
+        process.stdin.flush()
+        hear(process, "done")
+        last = newest(tmp_path / "run.rrd", "/world/robots/r1", "translation")
+        assert last == pytest.approx(SECONDS, abs=0.05)
+        socket.create_connection(("127.0.0.1", port)).close()
+        assert end(process) == ""
+    with socket.socket() as probe:
+        assert probe.connect_ex(("127.0.0.1", port)) != 0
 
 
 def test_without_a_router_the_recorder_says_so(recorder, endpoint):
@@ -231,25 +328,11 @@ def test_without_a_router_the_recorder_says_so(recorder, endpoint):
     assert complaint.decode().startswith(f"mavherd recorder: no Zenoh router at {endpoint}")
 
 
-def test_robots_travel_through_their_file(tmp_path):
+def test_a_folder_lists_who_takes_part(tmp_path):
     write_robots(tmp_path, SPECS, Team(takeoff_up=2.5))
-    robots = read_robots(tmp_path)
-    assert [(r.name, r.kind, r.system_id) for r in robots] == [
+    robots = json.loads((tmp_path / "robots.json").read_text())
+    assert [(r["name"], r["kind"], r["system_id"]) for r in robots] == [
         (s.name, s.kind, s.system_id) for s in SPECS
     ]
-    assert robots[0].target == (9, 0, 0)
-    assert robots[1].target == (0, 3, 2.5)
-
-
-def test_live_separation_waits_for_the_slow_but_not_for_ever(track):
-    live = LiveSeparation({"a": "rover", "b": "rover", "c": "rover"})
-    live.add(track("a", "rover", 1, lambda t: (0, 0, 0), 1.0))
-    live.add(track("b", "rover", 2, lambda t: (2, 0, 0), 1.0))
-    assert len(live.take()[0]) == 0  # nothing from c yet
-    live.add(track("a", "rover", 1, lambda t: (0, 0, 0), 3.0, start=1.0))
-    live.add(track("b", "rover", 2, lambda t: (2, 0, 0), 3.0, start=1.0))
-    time_s, smallest = live.take()
-    assert time_s == pytest.approx(np.arange(41) / 20)  # to two seconds before the newest
-    assert smallest["rover-rover"] == pytest.approx(2.0)
-    time_s, _ = live.take(everything=True)
-    assert time_s == pytest.approx(np.arange(41, 81) / 20)
+    assert robots[0]["target"] == [9, 0, 0]
+    assert robots[1]["target"] == [0, 3, 2.5]

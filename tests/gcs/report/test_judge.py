@@ -242,8 +242,8 @@ def test_a_perfect_track_has_no_tracking_error(circling):
     spec = robot("q", "quadcopter", 1, CIRCLE)
     (result,) = verdict_on([circling(spec)], specs=(spec,), ready_at=3.0).robots
     assert result.rmse == pytest.approx(0, abs=1e-9)
-    assert result.arrival is None
     assert result.arrived
+    assert result.arrival == pytest.approx(path_duration(CIRCLE))  # it arrives when its path ends
 
 
 def test_tracking_error_is_in_space_for_quadcopters_and_in_the_plane_for_rovers(circling):

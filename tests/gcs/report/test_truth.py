@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mavherd.gcs.report.truth import TruthError, TruthTail, read_truth, to_places
+from mavherd.gcs.report.truth import TruthError, TruthTail, read_all, read_truth, to_places
 from mavherd.transport.frames import quaternion_from_euler, quaternion_to_enu, yaw_of
 from mavherd.vehicles.truth import POSE_COLUMNS, PlaceLog, TruthLog
 
@@ -96,12 +96,41 @@ def test_a_tail_reads_each_row_once_across_torn_rows_and_the_rename(log):
 
 def append(path, data):
     with path.open("ab") as file:
-        file.write(data[path.stat().st_size :])
+        file.write(data[file.tell() :])
 
 
 def test_a_tail_that_comes_late_finds_the_finished_log(log):
     with TruthTail(log) as tail:
         assert len(tail.read()) == 101
+
+
+@pytest.mark.parametrize("pieces", [1, 7])
+def test_a_tail_may_give_out_fewer_rows_those_of_round_times(tmp_path, truth_log, pieces):
+    path = tmp_path / "truth.bin"
+    data = truth_log(path, "r", "rover", 1, climb_north_east, 1.0, start=0.01).read_bytes()
+    path.unlink()
+    header = data.index(b"\n") + 1
+    times = []
+    with TruthTail(path, 5) as tail:
+        for piece in range(1, pieces + 1):
+            append(path, data[: header + (len(data) - header) * piece // pieces])
+            times.append(tail.read().time)
+    assert np.concatenate(times) == pytest.approx(np.arange(1, 21) / 20)
+
+
+def test_many_tails_read_at_once_say_what_each_says_alone(tmp_path, truth_log):
+    kinds = {"one": "rover", "two": "quadcopter", "three": "rover"}
+    logs = {name: tmp_path / name / "truth.bin" for name in kinds}
+    for number, (name, path) in enumerate(logs.items(), 1):
+        truth_log(path, name, kinds[name], number, climb_north_east, number)
+    late = TruthTail(tmp_path / "truth.bin")  # of a vehicle that has written nothing yet
+    tracks = {t.name: t for t in read_all([late, *map(TruthTail, logs.values())])}
+    assert set(tracks) == set(kinds)
+    for name, path in logs.items():
+        alone, track = read_truth(path), tracks[name]
+        assert (track.kind, track.system_id) == (alone.kind, alone.system_id)
+        for part in ("time", "position", "velocity", "quaternion", "rates", "actuators"):
+            assert np.array_equal(getattr(track, part), getattr(alone, part))
 
 
 @pytest.mark.parametrize("kind", ["quadcopter", "rover"])
@@ -123,3 +152,31 @@ def test_places_kept_in_memory_are_those_of_the_log(tmp_path, desk, kind):
     for name in ("name", "kind", "system_id", "source"):
         assert getattr(places, name) == getattr(track, name)
     assert len(places) == 100
+
+
+@pytest.mark.parametrize(
+    ("kind", "asked", "expected"),
+    [
+        ("quadcopter", (0.1, 0.2, 0.3, 15.0), (0.1, -0.2, np.pi / 2 - 0.3, 15.0)),
+        ("quadcopter", (np.nan,) * 4, (np.nan,) * 4),
+        ("rover", (0.5, 0.4), (0.5, -0.4)),
+    ],
+)
+def test_commands_come_out_about_forward_left_up(desk, tmp_path, kind, asked, expected):
+    vehicle = desk(kind).vehicle
+    log = TruthLog(tmp_path, vehicle.config, vehicle.robot)
+    log.write(0.0, vehicle.robot)
+    log.close()
+    path = tmp_path / "truth.bin"
+    path.write_bytes(path.read_bytes()[: -8 * len(asked)] + np.array(asked).tobytes())
+    track = read_truth(path)
+    assert track.command_names == vehicle.robot.command_names
+    assert track.actuator_names == vehicle.robot.actuator_names
+    assert track.actuators.shape == (1, len(track.actuator_names))
+    assert track.commands[0] == pytest.approx(expected, nan_ok=True)
+
+
+def test_a_log_from_before_commands_were_kept_is_read(log):
+    track = read_truth(log)
+    assert track.commands.shape == (101, 0)
+    assert track.command_names == ()

@@ -91,7 +91,7 @@ def test_capitals_and_spaces_make_no_difference(buses):
     assert [e["text"] for e in desk.events] == ["step 20"]
 
 
-def test_steps_that_are_called_off_are_answered_too(buses):
+def test_steps_that_are_called_off_are_refused_with_who_did_it(buses):
     control = ClockControl(0.05, 0.01, paused=True, wall=time.monotonic())  # 5 s for each
     with running(buses, control) as desk:
         answers = []
@@ -101,7 +101,9 @@ def test_steps_that_are_called_off_are_answered_too(buses):
             time.sleep(0.005)
         assert desk.ask("pause")[1]["paused"]
         waiting.join()
-    assert answers[0][1]["t"] < 100 * 0.05
+    ((granted, said),) = answers
+    assert not granted
+    assert said.startswith("step 100: called off by 'pause' at ")
 
 
 def test_who_asks_when_all_is_over_is_told_so(buses):

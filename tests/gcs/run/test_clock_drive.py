@@ -12,8 +12,9 @@ import pytest
 from mavherd.gcs.run.conductor import CoordinatorHandle, Interrupted, Lockstep
 from mavherd.gcs.run.drive import drive
 from mavherd.gcs.run.launcher import Run
-from mavherd.gcs.run.open_run import RunOptions, Unseen
+from mavherd.gcs.run.open_run import RunOptions
 from mavherd.gcs.run.showing import Showing
+from mavherd.gcs.run.view import Unseen
 from mavherd.scenarios.loader import load_scenario
 from mavherd.transport.bus import Bus
 
@@ -145,8 +146,8 @@ class Witness(Unseen):
     def __init__(self):
         self.seen = []
 
-    def update(self, now, states, factor, clock=""):
-        self.seen.append((now, states, clock))
+    def update(self, now, states, going):
+        self.seen.append((now, states, going.clock))
 
 
 @pytest.mark.parametrize("coordinators", ["central", "per-robot"])

@@ -69,3 +69,14 @@ def test_last_words_pass_for_no_answer(ask, gone):
             ask(c)
         assert c.coordinators[0].parted
     assert (c.now, c.ticks, seen) == (0.3, 6, [{"text": "begun"}])
+
+
+def test_who_is_waited_for_is_told_while_we_wait():
+    ours, theirs = map(Channel, socket.socketpair())
+    seen = []
+    with closing(ours), closing(theirs):
+        c = Lockstep([], [CoordinatorHandle("c0", ours)], lambda: False, seen.append)
+        theirs.send({"events": [{"text": "no answer"}]})
+        theirs.send({"team": "", "outside": 2})
+        assert c.look() == [b""]
+    assert (seen, c.outside) == ([{"text": "no answer"}], 2)

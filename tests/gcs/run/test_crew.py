@@ -44,7 +44,8 @@ def test_linear_algebra_starts_no_threads_that_spin_unless_somebody_says_so(
     else:
         monkeypatch.delenv(name, raising=False)
     child, channel = converse("mavherd.vehicles.nursery")
-    words = Path(f"/proc/{child.process.pid}/environ").read_bytes().decode().split("\0")
+    while not (words := Path(f"/proc/{child.process.pid}/environ").read_text().split("\0")[:-1]):
+        assert child.process.poll() is None  # else its exec is still under way
     channel.close()
     child.end(20.0)
     assert [word for word in words if word.startswith(name)] == [f"{name}={found}"]

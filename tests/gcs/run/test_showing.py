@@ -7,9 +7,9 @@ from rich.console import Console
 
 from mavherd.gcs.run import live_view, showing
 from mavherd.gcs.run.clock_control import ClockControl
-from mavherd.gcs.run.open_run import Unseen
 from mavherd.gcs.run.showing import Showing
 from mavherd.gcs.run.terminal import RunView
+from mavherd.gcs.run.view import Unseen
 from mavherd.scenarios.loader import load_scenario
 
 
@@ -19,8 +19,8 @@ class Witness(Unseen):
     def __init__(self):
         self.seen = []
 
-    def update(self, now, states, factor, clock=""):
-        self.seen.append((now, clock))
+    def update(self, now, states, going):
+        self.seen.append((now, going.clock))
 
 
 @pytest.fixture

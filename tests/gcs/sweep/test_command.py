@@ -208,3 +208,15 @@ def test_the_page_names_every_column_and_file(dash, planned):
         assert f"`{name}`" in PAGE or "rover_rover" in name, name
     for name in ("PLAN", "SCENARIO", "STREAM", "TABLE", "SUMMARY"):
         assert f"`{getattr(folders, name)}`" in PAGE
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+def test_a_signal_while_the_grid_is_checked_ends_it_before_it_begins(
+    here, dash, capsys, monkeypatch, how
+):
+    from mavherd.gcs.sweep.terminal import SweepView
+
+    monkeypatch.setattr(SweepView, "checked", lambda *_: os.kill(os.getpid(), how))
+    assert sweep(dash, "--set", "duration=1,2,3", "--out", "out") == 130
+    assert capsys.readouterr().err == "mavherd: interrupted\n"
+    assert not Path("out").exists()

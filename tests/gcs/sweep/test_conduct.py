@@ -163,7 +163,7 @@ def test_a_torn_last_row_is_told_and_done_again(sweep, view):
     os.truncate(stream, stream.stat().st_size - 7)
     s.conduct(pool_of(s, view), view, never)
     (said,) = view.said
-    assert said.endswith("bytes of a row that was being written are cut off")
+    assert said.endswith("bytes after the last whole row are cut off")
     assert view.begun_from[1] == 2
     assert table_of(s)["run"].to_pylist() == list(range(6))
 

@@ -78,6 +78,15 @@ def test_what_is_no_batch_is_cut_off(written, rubbish):
     assert path.stat().st_size == ends[-1]
 
 
+@pytest.mark.parametrize("rubbish", [b"\0" * 4096, b"rubbish" * 900, b"\xff" * 7], ids=len)
+def test_what_is_no_stream_at_all_is_refused_and_stays(tmp_path, rubbish):
+    path = tmp_path / "results.arrows"
+    path.write_bytes(rubbish)
+    with pytest.raises(MavherdError, match=r"results\.arrows: not the results of a sweep"):
+        ResultStream(path, COLUMNS)
+    assert path.read_bytes() == rubbish
+
+
 def test_rows_of_other_columns_are_another_sweeps(written):
     with pytest.raises(MavherdError, match="its columns are not those"):
         ResultStream(written[0], COLUMNS[:-1])

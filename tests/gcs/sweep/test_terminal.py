@@ -17,7 +17,13 @@ def watch(monkeypatch, *, is_terminal):
     clock = [100.0]
     monkeypatch.setattr(terminal.time, "monotonic", lambda: clock[0])
     out = io.StringIO()
-    console = Console(file=out, force_terminal=is_terminal, width=100, get_time=lambda: clock[0])
+    console = Console(
+        file=out,
+        force_terminal=is_terminal,
+        force_interactive=is_terminal,
+        width=100,
+        get_time=lambda: clock[0],
+    )
     return SweepView(console), clock, out
 
 
@@ -60,3 +66,15 @@ def test_runs_that_were_done_before_do_not_make_it_look_fast(monkeypatch):
             view.refresh()
     assert "910/1000" in out.getvalue()
     assert "0:03:00" in out.getvalue()
+
+
+def test_a_grid_that_takes_long_to_check_is_told_without_a_terminal_too(monkeypatch):
+    view, clock, out = watch(monkeypatch, is_terminal=False)
+    with view:
+        for points in range(1, 151):
+            clock[0] += 0.125
+            view.checked(points, 200)
+    assert out.getvalue().splitlines() == [
+        "checking the grid: 17 of 200 points, 0:00:23 left",
+        "checking the grid: 97 of 200 points, 0:00:13 left",
+    ]

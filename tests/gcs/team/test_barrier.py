@@ -77,3 +77,15 @@ def test_a_wait_ends_when_it_makes_no_sense_any_more(pair, monkeypatch):
 
     with pytest.raises(Enough):
         Barrier(handles, enough).advance(50_000)
+
+
+def test_who_keeps_all_waiting_is_told_once(pair, monkeypatch):
+    monkeypatch.setattr(module, "SLICE_S", 0.001)
+    monkeypatch.setattr(module, "STALL_S", 0.01)
+    monkeypatch.setattr(module, "LIVENESS_S", 0.1)
+    handles, (_, quad) = pair
+    quad.send(DONE.pack(50_000, 0, 0, 0))
+    told = []
+    with pytest.raises(VehicleError, match="frozen"):
+        Barrier(handles, lambda: None, lambda *who: told.append(who)).advance(50_000)
+    assert told == [("rover1", 0.0)]

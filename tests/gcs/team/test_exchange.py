@@ -10,7 +10,13 @@ from mavherd.scenarios.loader import load_scenario
 from mavherd.transport.bus import Queue
 from mavherd.transport.errors import VehicleError
 from mavherd.transport.local_bus import LocalBus
-from mavherd.transport.wire import Phase, unpack_state, unpack_target, unpack_team
+from mavherd.transport.wire import (
+    Phase,
+    unpack_snapshot,
+    unpack_state,
+    unpack_target,
+    unpack_team,
+)
 
 SCENARIO = load_scenario("crossing-targets")
 NAMES = tuple(spec.name for spec in SCENARIO.robots)
@@ -90,10 +96,9 @@ def test_who_begins_to_listen_to_a_state_is_served_within_half_a_second(bus):
     assert set(heard.latest) == {f"vehicle/{name}/state" for name in NAMES}
 
 
-def test_targets_are_told_five_times_a_second_to_those_who_watch(bus):
-    core, exchange = coordinator(bus)
-    watched = listen(bus, f"vehicle/{NAMES[0]}/target")
-    for tick in range(40):
+def fly(core, exchange, ticks):
+    """Have everybody steered for so many ticks."""
+    for tick in range(ticks):
         now = tick * PERIOD
         exchange.offer(now)
         for member in core.members.values():
@@ -103,6 +108,34 @@ def test_targets_are_told_five_times_a_second_to_those_who_watch(bus):
             status.custom_mode = 4 if member.spec.kind == "quadcopter" else 15
         core.tick(now, exchange.gather(now))
         exchange.publish_targets()
+
+
+def test_the_only_coordinator_shows_all_states_and_targets_ten_times_a_second(bus):
+    core, exchange = coordinator(bus)
+    watched = listen(bus, "snapshot")
+    fly(core, exchange, 40)
+    snapshots = [unpack_snapshot(data) for _, data in watched.drain()]
+    assert [s.sequence for s in snapshots] == list(range(2, 41, 2))
+    assert [s.now for s in snapshots] == pytest.approx(
+        [(s.sequence - 1) * PERIOD for s in snapshots]
+    )
+    for part in snapshots[-1].states, snapshots[-1].targets:
+        assert [each.name for each in part] == list(NAMES)
+    assert {target.time for target in snapshots[-1].targets} == {snapshots[-1].now}
+
+
+def test_a_crowd_is_shown_at_half_the_rate(bus, monkeypatch):
+    monkeypatch.setattr("mavherd.gcs.team.exchange.CROWD", len(NAMES) - 1)
+    core, exchange = coordinator(bus)
+    watched = listen(bus, "snapshot")
+    fly(core, exchange, 40)
+    assert watched.received == 10
+
+
+def test_targets_are_told_five_times_a_second_to_those_who_watch(bus):
+    core, exchange = coordinator(bus)
+    watched = listen(bus, f"vehicle/{NAMES[0]}/target")
+    fly(core, exchange, 40)
     targets = [unpack_target(data) for _, data in watched.drain()]
     assert len(targets) == 10
     assert {target.name for target in targets} == {NAMES[0]}

@@ -1,0 +1,1 @@
+"""Runs side by side: one table, overlaid tracks and separations, as a page and a recording."""

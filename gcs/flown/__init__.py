@@ -1,0 +1,1 @@
+"""Runs that were flown: their folders read again."""

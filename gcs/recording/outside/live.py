@@ -1,0 +1,121 @@
+"""Outside vehicles live: lines in, a recording out, until somebody has seen enough."""
+
+import contextlib
+import select
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from ....transport.connect import Address
+from ....transport.tlog import TlogWriter
+from .lines import Lines
+
+_LOOK_S = 0.05  # between two looks at what has to be sent
+_SILENCE_S = 5.0  # until it is said where nobody is heard
+_FLUSH_S = 0.2  # between batches: what a viewer shows is this old
+_FILE_FLUSH_S = 0.8  # where only a file is written, which is smaller for it
+
+
+class Watch:
+    """Records vehicles heard at `addresses`, to `file`, to viewers at port `serve`, or to both.
+
+    Raises LinkError for a line that cannot be had, before Rerun is imported. `tlog` gets every
+    frame, heard or sent. `tell` gets every event as it is recorded, `warn` a line for
+    each address where nobody is heard after a while. `silent`: nothing is sent.
+    `file` is written as `.part` and renamed at the end; if no vehicle was heard, none is left.
+    """
+
+    def __init__(
+        self,
+        addresses: Sequence[Address],
+        *,
+        file: Path | None = None,
+        serve: int | None = None,
+        tlog: Path | None = None,
+        silent: bool = False,
+        tell: Callable[[dict[str, Any]], None] | None = None,
+        warn: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self._file = file
+        self._part = file.with_name(file.name + ".part") if file else None
+        with contextlib.ExitStack() as undo:
+            self._lines = Lines(addresses, silent=silent, tap=self._log if tlog else None)
+            undo.callback(self._lines.close)
+            self._tlog = TlogWriter(tlog) if tlog else None
+            from ..stream import Stream  # Rerun takes its time; the sockets are open already
+            from .watch import Outside
+
+            began = time.time()
+            self._run_id = time.strftime("outside-%Y%m%d-%H%M%S", time.localtime(began))
+            title = ", ".join(address.text for address in addresses)
+            stream = Stream(self._run_id, file=self._part, serve=serve, start=began)
+            self._period = _FILE_FLUSH_S if serve is None else _FLUSH_S
+            self.outside = Outside(stream, title, tell)
+            undo.pop_all()
+        self.url = f"rerun+http://127.0.0.1:{serve}/proxy" if serve else ""
+        self._began_us = round(began * 1e6)
+        self._started = time.monotonic()
+        self._warn = warn
+        self._warned = False
+
+    @property
+    def now(self) -> float:
+        """Seconds since the beginning."""
+        return time.monotonic() - self._started
+
+    def run(self, duration: float | None = None, goes_on: Callable[[], bool] | None = None) -> None:
+        """Record until the time is over, or nobody looks; KeyboardInterrupt passes through."""
+        outside, lines = self.outside, self._lines
+        flush_at = 0.0
+        while duration is None or self.now < duration:
+            with contextlib.suppress(OSError, ValueError):  # a line was just lost
+                select.select(lines.sockets(), [], [], _LOOK_S)
+            now = self.now
+            for message, source in lines.receive(now):
+                outside.hear(message, source, now)
+            vehicles = list(outside.vehicles.values())
+            lines.tend(vehicles, now)
+            if not self._warned and now > _SILENCE_S:
+                self._warned = True
+                for text in lines.silences(vehicles):
+                    self._warn(text)
+            if now >= flush_at:
+                if goes_on and not goes_on():
+                    return
+                outside.flush(now)
+                flush_at = now + self._period
+
+    def silences(self) -> list[str]:
+        """Return a line for each address where no vehicle is heard."""
+        return self._lines.silences(list(self.outside.vehicles.values()))
+
+    def close(self) -> None:
+        """End the recording and close the lines."""
+        self._lines.close()
+        try:
+            self.outside.close(self.now)
+        finally:
+            if self._tlog:
+                self._tlog.close()
+        if self._part and self._file:
+            if self.outside.vehicles:
+                self._part.replace(self._file)
+            else:
+                self._part.unlink(missing_ok=True)
+
+    def __enter__(self) -> "Watch":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _log(self, frames: bytes) -> None:
+        if self._tlog:
+            self._tlog.write(self._began_us + round(self.now * 1e6), frames)

@@ -1,0 +1,127 @@
+"""Who records is killed, frozen or left alone: the run goes on, and what was recorded is kept."""
+
+import json
+import os
+import signal
+import warnings
+from contextlib import suppress
+
+import pytest
+
+pytest.importorskip("rerun")
+
+from mavherd.gcs.recording.replay import Recording, mend
+from mavherd.gcs.report.truth import TruthError, read_truth
+from mavherd.transport.tlog import read_tlog
+from mavherd.vehicles.config import SIMULATED_EPOCH_US
+
+FAR = 10  # m
+BEHIND_S = 1.0  # of what may be lost
+SLACK_S = 1.0  # for a machine that has other things to do
+
+
+def recorded_until(part):
+    """Return the last moment that a recording shows of rover1, -1 when there is none."""
+    from rerun.chunk import RrdReader
+
+    last = -1.0
+    with warnings.catch_warnings(), suppress(RuntimeError, ValueError):
+        warnings.simplefilter("ignore")  # it has no end
+        for chunk in RrdReader(part).stream():
+            if "rover1" in chunk.entity_path and "sim_time" in chunk.timeline_names:
+                times = chunk.to_record_batch()["sim_time"]
+                last = max(last, *(t.value * 1e-9 for t in times))
+    return last
+
+
+def true_until(log):
+    with suppress(TruthError):  # no header yet
+        track = read_truth(log)
+        return track.time[-1] if len(track) else -1.0
+    return -1.0
+
+
+def start(sandbox):
+    """Start a run at real time; return its process and folder when something is recorded."""
+    process = sandbox.start("run", sandbox.scenario(far=FAR), "--speed=1")
+    folder = sandbox.wait_for_run()
+    part = folder / "run.rrd.part"
+    sandbox.wait_for(lambda: part.exists() and recorded_until(part) > 0.5, "a recording")
+    return process, folder
+
+
+def hurry(sandbox, folder):
+    """Let the rest of a run take no time."""
+    command = sandbox.start("clock", folder, "speed", "max")
+    out, complaint = command.communicate(timeout=30)
+    assert command.returncode == 0, out + complaint
+
+
+def test_a_recorder_that_is_killed_is_told_of_at_once_and_changes_nothing(sandbox):
+    process, folder = start(sandbox)
+    os.kill(sandbox.part("recorder"), signal.SIGKILL)
+    sandbox.wait_for_run('"problem"')
+    hurry(sandbox, folder)
+    done = sandbox.finish(process)
+    report = done.report
+    assert (done.code, report["passed"], report["partial"]) == (0, True, True)
+    text = "the recorder was killed by SIGKILL: run.rrd.part holds what came before"
+    assert report["missing"] == [text]
+    assert text in done.err
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    (told,) = (event for event in events if event["kind"] == "problem")
+    assert (told["text"], told["vehicle"]) == (text, None)
+    assert told["t"] < report["duration_s"]
+    mended = folder / "mended.rrd"
+    mend(Recording(folder / "run.rrd.part", folder), mended)
+    assert 0.5 < recorded_until(mended) <= told["t"]
+    assert not (folder / "run.rrd").exists()
+    quiet = sandbox.run("run", sandbox.scenario(far=FAR), "--no-record")
+    assert report["digest"] == quiet.report["digest"]
+
+
+def test_a_frozen_recorder_holds_up_nobody_and_goes_on_when_it_thaws(sandbox):
+    process, folder = start(sandbox)
+    recorder = sandbox.part("recorder")
+    os.kill(recorder, signal.SIGSTOP)
+    hurry(sandbox, folder)
+    log = folder / "events.jsonl"
+    sandbox.wait_for(lambda: '"done"' in log.read_text(), "the end of the vehicles")
+    os.kill(recorder, signal.SIGCONT)
+    done = sandbox.finish(process)
+    assert (done.code, done.report["passed"], done.report["missing"]) == (0, True, [])
+    last = recorded_until(done.folder / "run.rrd")
+    assert last == pytest.approx(done.report["duration_s"], abs=0.1)
+
+
+def test_who_does_not_wait_for_a_frozen_recorder_at_the_end_is_told_what_is_missing(sandbox):
+    process, folder = start(sandbox)
+    os.kill(sandbox.part("recorder"), signal.SIGSTOP)
+    hurry(sandbox, folder)
+    logs = [folder / f"vehicles/{name}/truth.bin" for name in ("rover1", "quad1")]
+    sandbox.wait_for(lambda: all(log.exists() for log in logs), "the end of the vehicles")
+    process.send_signal(signal.SIGINT)
+    done = sandbox.finish(process)
+    text = "the recorder was cut short by the interrupt: run.rrd.part holds what came before"
+    assert done.report["missing"] == [text]
+
+
+def test_when_all_is_killed_at_once_logs_and_recording_hold_all_but_the_last_second(sandbox):
+    process, folder = start(sandbox)
+    logs = {name: folder / f"vehicles/{name}/truth.bin.part" for name in ("rover1", "quad1")}
+    first = true_until(logs["rover1"])
+    sandbox.wait_for(lambda: true_until(logs["rover1"]) > first, "the next rows")
+    for signum in (signal.SIGSTOP, signal.SIGKILL):  # so that nobody sees another's end
+        for pid in sandbox.processes():
+            os.kill(pid, signum)
+    sandbox.wait_for(lambda: not sandbox.processes(), "the end of all")
+    sandbox.finish(process)
+    now = true_until(logs["rover1"])
+    for name, log in logs.items():
+        assert true_until(log) >= now - BEHIND_S
+        stamps = [us for us, _ in read_tlog(log.with_name(f"{name}.tlog.part"))]
+        assert (stamps[-1] - SIMULATED_EPOCH_US) * 1e-6 >= now - BEHIND_S
+    mended = folder / "mended.rrd"  # who is killed while he writes leaves half a word
+    mend(Recording(folder / "run.rrd.part", folder), mended)
+    assert recorded_until(mended) >= now - BEHIND_S - SLACK_S
+    assert not (folder / "report.json").exists()

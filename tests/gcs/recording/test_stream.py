@@ -1,0 +1,59 @@
+"""A stream goes to a file, to viewers, or to both; the file ends before the viewers leave."""
+
+import socket
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rerun")
+
+import rerun as rr
+
+from mavherd.gcs.recording.stream import Stream
+
+TIME = np.arange(5) / 10
+
+
+def record(stream):
+    stream.name("a run")
+    stream.static("plots/a", rr.SeriesLines(names="a"))
+    stream.columns("plots/a", TIME, rr.Scalars.columns(scalars=TIME))
+    stream.columns("plots/a", TIME[:0], rr.Scalars.columns(scalars=TIME[:0]))
+    stream.log("events", 0.25, rr.TextLog("now"))
+
+
+def test_a_stream_must_go_somewhere():
+    with pytest.raises(ValueError, match="file, serve or both"):
+        Stream("nowhere")
+
+
+def test_what_is_recorded_is_read_back_over_sim_time_alone(tmp_path, strict, read_back):
+    stream = Stream("one", file=tmp_path / "run.rrd", start=1_700_000_000.0)
+    record(stream)
+    stream.close()
+    seen = read_back(tmp_path / "run.rrd")
+    assert [t for t, _ in seen["/plots/a"]["Scalars:scalars"]] == pytest.approx(TIME)
+    assert seen["/events"]["TextLog:text"] == [(0.25, ["now"])]
+    assert seen["/plots/a"]["SeriesLines:names"] == [(None, ["a"])]
+    properties = {c: v[0][1] for e in seen.values() for c, v in e.items() if "RecordingInfo" in c}
+    assert ["a run"] in properties.values()
+    from rerun.chunk import RrdReader
+
+    names = {n for chunk in RrdReader(tmp_path / "run.rrd").stream() for n in chunk.timeline_names}
+    assert names == {"sim_time"}
+
+
+def test_the_file_is_complete_while_viewers_are_served_on(tmp_path, strict, read_back):
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    stream = Stream("both", file=tmp_path / "run.rrd", serve=port)
+    record(stream)
+    stream.end_file()
+    from rerun.chunk import RrdReader
+
+    assert RrdReader(tmp_path / "run.rrd").store().summary()  # which only a complete file has
+    socket.create_connection(("127.0.0.1", port), timeout=5).close()
+    stream.log("events", 1.0, rr.TextLog("later"))  # for viewers only
+    stream.close()
+    assert len(read_back(tmp_path / "run.rrd")["/events"]["TextLog:text"]) == 1
