@@ -68,11 +68,25 @@ def _scenarios(args: argparse.Namespace) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Complains in one line, and takes `--home -35.36,149.17,584,0` for what it is."""
+    """Complains in one line, and takes what is meant for what it is.
+
+    `--home -35.36,149.17,584,0` has no option -35, and a list may go on behind an option:
+    `compare A --json B`.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self._negative_number_matcher = re.compile(r"-\.?\d")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Return what was found, and what nobody knows."""
+        found, rest = super().parse_known_args(args, namespace)
+        for positional in self._get_positional_actions():
+            is_list = positional.nargs in ("+", "*")
+            if is_list and rest and not any(text.startswith("-") for text in rest):
+                getattr(found, positional.dest).extend(self._get_values(positional, rest))
+                rest = []
+        return found, rest
 
     def error(self, message: str) -> NoReturn:
         """Exit with 2."""

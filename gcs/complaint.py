@@ -5,6 +5,9 @@ import sys
 from contextlib import suppress
 from typing import TextIO
 
+INSTALL = "pip install 'mavherd[view]'"
+"""What gives somebody the figures, the tables, the recordings and their viewer."""
+
 
 def complain(text: str) -> None:
     """Print one line on stderr; when that cannot be, the exit code still says what happened."""

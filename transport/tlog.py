@@ -35,6 +35,11 @@ class TlogWriter:
         self._file.close()
         self._part.rename(self._path)
 
+    def discard(self) -> None:
+        """Leave no file."""
+        self._file.close()
+        self._part.unlink(missing_ok=True)
+
 
 def read_tlog(path: Path) -> Iterator[tuple[int, bytes]]:
     """Yield time (microseconds, UTC) and frame of each entry; a torn last entry ends it."""

@@ -14,6 +14,8 @@ from .errors import MavherdError
 
 SCHEMA = 1
 NAME_BYTES = 16
+SNAPSHOT_HZ = 10  # of what each coordinator tells those who look on
+CROWD = 30  # robots; of more, half as often, and not one by one
 
 
 class WireError(MavherdError):

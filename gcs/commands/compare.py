@@ -28,17 +28,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--out", type=Path, metavar="DIR", help="where to write it (comparisons/...)"
     )
+    parser.add_argument("--force", action="store_true", help="replace the comparison in DIR")
     parser.add_argument("--json", action="store_true", help="print compare.json, alone, to stdout")
 
 
 def run(args: argparse.Namespace) -> int:
     """Compare the runs, and say where it was written."""
-    from ..compare.compare import compare, new_folder
+    from ..compare.compare import check_place, compare, new_folder
     from ..compare.lineup import line_up
     from ..compare.table import comparison
     from ..patience import Patience
     from ..run.console import QuietConsole
 
+    if args.out:
+        check_place(args.out, force=args.force)
     with Patience() as step:
         step("reading the runs")
         found = line_up(args.runs)
@@ -48,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         except OSError as error:
             raise MavherdError(f"{folder}: cannot write there: {error.strerror}") from None
     console = QuietConsole()
-    console.print(comparison(found, written.standings))
+    console.print(comparison(found, written.standings, console))
     for path in written.files:
         console.print(f"[dim]written[/dim] {path}", highlight=False, soft_wrap=True)
     for note in written.notes:

@@ -18,7 +18,7 @@ examples:
   mavherd convert runs/crossing-targets-...   run.rrd of a run that has none, or only a part of it
 
 A run's recording is made of its truth logs, its events and its links, also when it was flown with
---in-process or --no-record, or was killed.
+--in-process or --no-record, or was killed; it takes the place of the run.rrd.part of a killed run.
 
 exit codes: 0 converted, 2 wrong input
 """
@@ -43,17 +43,20 @@ def run(args: argparse.Namespace) -> int:
     if folder and len(inputs) > 1:
         raise MavherdError(f"{folder}: a run is converted alone (give one folder, or logs)")
     from ..recording.compact import compact
+    from ..recording.kept import part_of
 
     output = args.output or (folder / "run.rrd" if folder else inputs[0].with_suffix(".rrd"))
     if output in inputs:
         raise MavherdError(f"{output}: this is the input (give another --output)")
     check_output(output, force=args.force)
-    suffix = ".new" if folder else ".part"  # a run that was killed has a .part, which it keeps
+    suffix = ".new" if folder else ".part"  # a run that was killed has a .part until then
     part = output.with_name(output.name + suffix)
     try:
         done = _convert(inputs, folder, part)
         compact(part)
         part.replace(output)
+        if folder and output.resolve() == (folder / "run.rrd").resolve():
+            part_of(output).unlink(missing_ok=True)
     except ModuleNotFoundError as error:
         raise no_rerun(error) from None
     finally:
@@ -67,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _convert(inputs: list[Path], folder: Path | None, output: Path) -> "Converted":
-    from ..progress import Bar
+    from ..patience import Bar
 
     with Bar(f"converting {inputs[0].name}") as bar:
         if folder:

@@ -1,7 +1,7 @@
 """`mavherd digest`: a run's digest again from its tlogs, or why they do not give one."""
 
 import argparse
-import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +24,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the digest; raise MavherdError when there is none."""
     from ...transport.tlog import digest, tear, torn_at
+    from ..flown.flown import open_flown
 
-    folder: Path = args.folder
+    flown = open_flown(args.folder)
+    folder, report = flown.folder, flown.report or {}
+    if why := _has_none(report):
+        raise MavherdError(f"{folder}: {why}")
+    names = [spec.name for spec in sorted(flown.starts, key=lambda spec: spec.system_id)]
+    logs = [folder / "vehicles" / name / f"{name}.tlog" for name in names]
     try:
-        robots = json.loads((folder / "robots.json").read_text(encoding="utf-8"))
-        names = [r["name"] for r in sorted(robots, key=lambda r: r["system_id"])]
-        logs = [folder / "vehicles" / name / f"{name}.tlog" for name in names]
-        report = _report(folder / "report.json")
         for log in logs:
             if (at := torn_at(log)) is not None:
                 raise MavherdError(f"{log}: {tear(at)} (a digest needs every log whole)")
@@ -39,9 +41,9 @@ def run(args: argparse.Namespace) -> int:
         raise MavherdError(
             f"{error.filename}: {error.strerror} (is {folder} a finished run's folder?)"
         ) from None
-    except (ValueError, KeyError, TypeError):
-        raise MavherdError(f"{folder}: robots.json is not one of mavherd's") from None
     print(found)
+    if flown.damaged:
+        complain(f"mavherd: {folder}: {flown.damaged}")
     told = report.get("digest")
     if isinstance(told, str) and told != found:
         complain(
@@ -51,23 +53,12 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _report(path: Path) -> dict[str, Any]:
-    """Return the report of a run that has a digest, empty when it has left none."""
-    if not path.exists():
-        return {}
-    try:
-        report = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
-        report = None
-    if not isinstance(report, dict):
-        raise MavherdError(f"{path}: this is not a run's report")
+def _has_none(report: Mapping[str, Any]) -> str:
+    """Return why a run has no digest, as its report tells; "" when it has one."""
     if report.get("lockstep") is False:
-        raise MavherdError(
-            f"{path.parent}: the run was free, on the wall clock, and has no digest"
-            " (only lockstep runs have one)"
+        return (
+            "the run was free, on the wall clock, and has no digest (only lockstep runs have one)"
         )
     if report.get("digest", "") is None:
-        raise MavherdError(
-            f"{path.parent}: the run left no digest (it ended before its first tick, or lost a log)"
-        )
-    return report
+        return "the run left no digest (it ended before its first tick, or lost a log)"
+    return ""

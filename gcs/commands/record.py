@@ -4,12 +4,13 @@ import argparse
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import TYPE_CHECKING, Any
 
 from ...transport.errors import MavherdError, VehicleError
-from ..complaint import complain
+from ..complaint import INSTALL, complain
 
 if TYPE_CHECKING:
     from ...transport.connect import Address
@@ -32,6 +33,8 @@ exit codes: 0 recorded (Ctrl-C ends it), 2 wrong input, 3 no vehicle was heard
 """
 _NOTICE = 5  # MAV_SEVERITY: what is told on the terminal, too
 _FAREWELL = "Ctrl-C ends it."
+_AGAIN_S = 10.0  # a text that is repeated is told so often
+_MOST_TEXTS = 1000  # remembered
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -67,6 +70,8 @@ def run(args: argparse.Namespace) -> int:
     output = args.output or Path(time.strftime("outside-%Y%m%d-%H%M%S.rrd"))
     for path in filter(None, (output, args.tlog)):
         check_output(path, force=args.force)
+    if args.tlog and _names(args.tlog) & _names(output):
+        raise MavherdError(f"--tlog {args.tlog}: this is the recording, too (give two files)")
     with open_watch(args, sources, file=output, tlog=args.tlog) as watch:
         listen(watch, args, sources)
     return conclude(watch, output)
@@ -79,6 +84,7 @@ def view_outside(args: argparse.Namespace, viewing: "Viewing") -> int:
     sources = addresses(args)
     dashboard = Dashboard(viewing, stays=False)
     with NamedTemporaryFile(suffix=".txt") as log, ExitStack() as stack:
+        stack.callback(dashboard.ports.release)
         watch = stack.enter_context(open_watch(args, sources, serve=dashboard.ports.data))
         stack.callback(dashboard.close)
 
@@ -119,7 +125,13 @@ def open_watch(
 
     try:
         return Watch(
-            sources, file=file, tlog=tlog, serve=serve, silent=args.silent, tell=_tell, warn=_warn
+            sources,
+            file=file,
+            tlog=tlog,
+            serve=serve,
+            silent=args.silent,
+            tell=Teller().tell,
+            warn=_warn,
         )
     except ModuleNotFoundError as error:
         raise no_rerun(error) from None
@@ -168,16 +180,40 @@ def check_output(path: Path, *, force: bool) -> None:
         raise MavherdError(f"{path}: there is no folder {path.parent}")
 
 
+def _names(path: Path) -> set[Path]:
+    """Return what a file is called, when it is complete and until then."""
+    whole = path.resolve()
+    return {whole, whole.with_name(whole.name + ".part")}
+
+
 def no_rerun(error: ModuleNotFoundError) -> MavherdError:
     """Return what is said where Rerun is not installed; raise what is another matter."""
     if error.name and error.name.partition(".")[0] == "rerun":
-        return MavherdError("rerun is not installed (pip install 'mavherd[view]')")
+        return MavherdError(f"rerun is not installed ({INSTALL})")
     raise error
 
 
-def _tell(event: dict[str, Any]) -> None:
-    if event["severity"] <= _NOTICE:
-        complain(f"{event['t']:7.1f} s  {event['vehicle']}: {event['text']}")
+class Teller:
+    """Tells events that matter; a vehicle's text that comes again and again only now and then."""
+
+    def __init__(self) -> None:
+        self._texts: dict[tuple[str, str], tuple[float, int]] = {}  # when told, how often since
+
+    def tell(self, event: dict[str, Any]) -> None:
+        """Print an event, if it matters and is not the same text again so soon."""
+        now, vehicle, text = event["t"], event["vehicle"], event["text"]
+        if event["severity"] > _NOTICE:
+            return
+        more = 0
+        if event["kind"] == "text":
+            told_at, more = self._texts.get((vehicle, text), (-inf, 0))
+            if now - told_at < _AGAIN_S:
+                self._texts[vehicle, text] = told_at, more + 1
+                return
+            if len(self._texts) >= _MOST_TEXTS:
+                self._texts.clear()
+            self._texts[vehicle, text] = now, 0
+        complain(f"{now:7.1f} s  {vehicle}: {text}{f' (and {more} times before)' if more else ''}")
 
 
 def _warn(text: str) -> None:

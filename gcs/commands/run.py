@@ -198,11 +198,12 @@ def _viewing(args: argparse.Namespace) -> "Viewing | None":
         )
     if args.web_port is not None and not args.web:
         raise MavherdError(f"--web-port {args.web_port}: there is no page (add --web)")
-    from ..recording.viewers import Viewing, prepare
+    from ..recording.served import prepare
+    from ..recording.viewers import Viewing
 
     ports = {"view_port": args.view_port, "web_port": args.web_port}
     viewing = Viewing(native=args.view, web=args.web, **ports)
-    prepare(viewing)  # what cannot be had here is refused before anything else is said
+    prepare(viewing).release()  # what cannot be had here is refused before anything else is said
     return viewing
 
 

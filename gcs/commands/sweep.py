@@ -13,7 +13,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from ...transport.errors import MavherdError, VehicleError
-from ..complaint import deliver
+from ..complaint import INSTALL, deliver
 from ..ctrl_c import presses
 
 if TYPE_CHECKING:
@@ -83,9 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
     jobs = _jobs(args.jobs)
     if find_spec("pyarrow") is None:
-        raise MavherdError(
-            "a sweep writes its table with pyarrow, which is missing (pip install 'mavherd[view]')"
-        )
+        raise MavherdError(f"a sweep writes its table with pyarrow, which is missing ({INSTALL})")
     console = QuietConsole()
     with SweepView(console) as view:
         with _signals() as interrupted:

@@ -93,24 +93,26 @@ def run(args: argparse.Namespace) -> int:
 
 def _replay(args: argparse.Namespace, viewing: "Viewing") -> int:
     from ..recording.replay import find_recording, lay_out, select
-    from ..recording.viewers import open_page, open_window, prepare, rerun_binary
+    from ..recording.served import prepare
+    from ..recording.viewers import open_page, open_window, rerun_binary
 
     recordings = [find_recording(path) for path in args.runs]
-    for recording in recordings:
-        if recording.note:
-            complain(f"note: {recording.note}")
     rerun_binary()
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mavherd-view-")))
         sources = lay_out(recordings, folder)
+        for recording in recordings:
+            if recording.note:
+                complain(f"note: {recording.note}")
         if args.select:
             sources.append(select(recordings, args.select, folder))
         log = folder / "viewers.txt"
         if args.screenshot:
             return _screenshot(args, sources, log)
         ports = prepare(viewing)
+        stack.callback(ports.release)
         if viewing.web:
-            viewer = open_page(sources, ports, log)
+            viewer = open_page(sources, ports.data, ports.page, log)
             complain(f"to see it in a browser: {ports.url} (Ctrl-C ends this)")
         else:
             viewer = open_window(sources, log, leash=True)
@@ -133,12 +135,9 @@ def _wait(viewer: "Viewer") -> int:
 
 def _screenshot(args: argparse.Namespace, sources: list[Path], log: Path) -> int:
     from ..recording.screenshot import Size, take
-    from ..recording.viewers import Viewing, prepare
 
-    picture: Path = args.screenshot
-    any_port = prepare(Viewing(view_port=0)).data
-    take(sources, picture, Size(*args.size), args.time, any_port, log)
-    print(picture)
+    take(sources, args.screenshot, Size(*args.size), args.time, log)
+    print(args.screenshot)
     return 0
 
 

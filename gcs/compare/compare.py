@@ -8,12 +8,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..complaint import INSTALL
+from ..flown.folder import RunFolderError, is_run
+from ..new_file import write_text
 from ..report.plain import plain
 from .lineup import LineUp
 from .measures import Standing, standings
 from .page import page
 
 SCHEMA = 1
+DATA, PAGE, RECORDING = "compare.json", "compare.html", "compare.rrd"
 
 
 class Written(NamedTuple):
@@ -31,13 +35,28 @@ def new_folder(scenarios: Sequence[str]) -> Path:
     return Path("comparisons") / f"{what}-{time.strftime('%Y%m%d-%H%M%S')}-{secrets.token_hex(2)}"
 
 
+def check_place(folder: Path, *, force: bool) -> None:
+    """Raise RunFolderError when a comparison in `folder` would spoil what is there.
+
+    `force` lets it replace another comparison.
+    """
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return
+    if is_run(folder):
+        raise RunFolderError(f"{folder}: this is the folder of a run (give another -o)")
+    if not (folder / DATA).exists():
+        raise RunFolderError(f"{folder}: has files that are no comparison's (give another -o)")
+    if not force:
+        raise RunFolderError(f"{folder}: has a comparison already (--force replaces it)")
+
+
 def compare(found: LineUp, folder: Path, step: Callable[[str], None]) -> Written:
     """Write the comparison into `folder`; raise OSError when that cannot be."""
     folder.mkdir(parents=True, exist_ok=True)
     alike = len(found.scenarios) == 1
     measured = standings([run.report for run in found.runs], alike=alike)
     data = as_json(found, measured)
-    _write(folder / "compare.json", json.dumps(data, indent=2, allow_nan=False) + "\n")
+    write_text(folder / DATA, json.dumps(data, indent=2, allow_nan=False) + "\n")
     missing: list[str] = []
     pictures: list[Path] = []
     if find_spec("matplotlib") is None:
@@ -47,16 +66,17 @@ def compare(found: LineUp, folder: Path, step: Callable[[str], None]) -> Written
 
         step("drawing")
         pictures = draw(folder / "figures", found)
-    _write(folder / "compare.html", page(found, measured, pictures))
-    files = [folder / "compare.html"]
-    if find_spec("rerun") is None:
+    recording = folder / RECORDING if find_spec("rerun") else None
+    write_text(folder / PAGE, page(found, measured, pictures, recording))
+    files = [folder / PAGE]
+    if recording is None:
         missing.append("rerun-sdk is missing, so no compare.rrd")
     else:
         from ..recording.comparison import record_comparison
 
         step("recording")
-        files.append(record_comparison(folder / "compare.rrd", found, measured))
-    notes = [f"{'; '.join(missing)} (pip install 'mavherd[view]')"] if missing else []
+        files.append(record_comparison(recording, found, measured))
+    notes = [f"{'; '.join(missing)} ({INSTALL})"] if missing else []
     return Written(measured, data, files, notes)
 
 
@@ -68,7 +88,7 @@ def as_json(found: LineUp, measured: Sequence[Standing]) -> dict[str, Any]:
         "runs": [
             {
                 "label": run.label,
-                "folder": str(run.flown.folder),
+                "folder": str(run.flown.folder.resolve()),
                 **{key: run.report.get(key) for key in _FACTS},
                 "partial": run.flown.partial,
                 "missing": run.flown.missing,
@@ -93,9 +113,3 @@ def as_json(found: LineUp, measured: Sequence[Standing]) -> dict[str, Any]:
 
 
 _FACTS = "run_id", "scenario", "law", "seed", "passed", "exit_code", "error", "digest"
-
-
-def _write(path: Path, text: str) -> None:
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)

@@ -10,6 +10,7 @@ from ..diff.run_folder import open_run
 from ..flown.flown import Flown, open_flown
 from ..flown.folder import REPORT_SCHEMA, RunFolderError
 from .labels import differing, groups, labels
+from .measures import was_cut_short
 
 if TYPE_CHECKING:
     from ..report.truth import Track
@@ -31,6 +32,13 @@ class ComparedRun:
     def tracks(self) -> "list[Track]":
         """What its robots truly did."""
         return sorted(self.flown.tracks(), key=lambda track: track.system_id)
+
+    @property
+    def head(self) -> str:
+        """Its label, and until when it is known where something cut it short."""
+        if was_cut_short(self.report):
+            return f"{self.label} (until {self.report['duration_s']:.1f} s)"
+        return f"{self.label} (partial)" if self.flown.partial else self.label
 
     @property
     def ready_at(self) -> float:
@@ -102,7 +110,7 @@ def _check(folders: Sequence[Path]) -> None:
 def _report(run: Flown) -> Mapping[str, Any]:
     """Return a run's report; one that is of an older version, or not there, is made in memory."""
     if run.report is not None and run.report.get("schema") == REPORT_SCHEMA:
-        return run.report
+        return {**run.report, "partial": run.partial}  # a log may be lost since
     from ..flown.again import judge_again
 
     return judge_again(run).report

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ..report.outcome import broken_off
+
 Report = Mapping[str, Any]
 LOW, HIGH = "low", "high"
 
@@ -16,6 +18,7 @@ class Measure(NamedTuple):
     digits: int
     better: str  # low | high | "" where neither is
     of: Callable[[Report], float | None]
+    is_cost: bool = False  # of the work: who does not do it, or collides, does it cheaply
 
 
 class Standing(NamedTuple):
@@ -28,31 +31,46 @@ class Standing(NamedTuple):
 
 
 def standings(reports: Sequence[Report], *, alike: bool = True) -> list[Standing]:
-    """Return every measure that at least one run has; nobody is best where runs are not alike."""
+    """Return every measure that at least one run has; nobody is best where runs are not alike.
+
+    Ranked are whole runs that came to their end, and the best is one in which all arrived. By
+    what the work has cost, only runs are ranked in which all arrived without a collision.
+    """
+    fair = (not (r["partial"] or was_cut_short(r)) for r in reports)
+    whole = frozenset(k for k, is_fair in enumerate(fair) if alike and is_fair)
+    done = frozenset(k for k in whole if reports[k]["all_arrived"])
+    clean = frozenset(k for k in done if not reports[k]["collisions"])
     found = []
     for measure in MEASURES:
         values = tuple(measure.of(report) for report in reports)
         if any(value is not None for value in values):
-            ends = _ends(values, measure) if alike else (frozenset[int](), frozenset[int]())
-            found.append(Standing(measure, values, *ends))
+            among = (clean, clean) if measure.is_cost else (whole, done)
+            found.append(Standing(measure, values, *_ends(values, measure, *among)))
     return found
 
 
+def was_cut_short(report: Report) -> bool:
+    """Return whether a run has not come to its own end: somebody ended it, or it died."""
+    return broken_off(report["error"], report["exit_code"])
+
+
 def _ends(
-    values: Sequence[float | None], measure: Measure
+    values: Sequence[float | None], measure: Measure, ranked: frozenset[int], done: frozenset[int]
 ) -> tuple[frozenset[int], frozenset[int]]:
-    """Return who is best and who is worst, as far as the digits that are shown tell them apart.
+    """Return who of `done` is best and who of `ranked` is worst, as far as the digits shown tell.
 
     What more than half of them are is nothing to be marked.
     """
-    shown = [None if value is None else round(value, measure.digits) for value in values]
-    known = [value for value in shown if value is not None]
-    if not measure.better or len(set(known)) < 2:
+    known = {k: round(v, measure.digits) for k in ranked if (v := values[k]) is not None}
+    ends = set(known.values())
+    if not measure.better or len(ends) < 2:
         return frozenset(), frozenset()
-    low, high = min(known), max(known)
-    best, worst = (low, high) if measure.better == LOW else (high, low)
-    ends = [frozenset(k for k, v in enumerate(shown) if v == end) for end in (best, worst)]
-    few = [who if 2 * len(who) <= len(known) else frozenset[int]() for who in ends]
+    first, last = (min, max) if measure.better == LOW else (max, min)
+    end = last(ends)
+    worst = frozenset(k for k, value in known.items() if value == end)
+    top = first((known[k] for k in done & known.keys()), default=end)
+    best = frozenset(k for k in done & known.keys() if known[k] == top != end)
+    few = [who if 2 * len(who) <= len(known) else frozenset[int]() for who in (best, worst)]
     return few[0], few[1] if len(known) > 2 else frozenset()
 
 
@@ -93,10 +111,20 @@ MEASURES = (
     Measure("nearest_quads", "nearest two quads", "m", 2, HIGH, _nearest("quadcopter-quadcopter")),
     Measure("nearest_mixed", "nearest rover to quad", "m", 2, HIGH, _nearest("mixed")),
     Measure("arrived", "arrived", "", 0, HIGH, _arrived),
-    Measure("last_arrival_s", "last arrival", "s", 1, LOW, _last_arrival),
-    Measure("path_ratio", "way, of planned", "", 2, LOW, _fleet("path_ratio_mean")),
-    Measure("tracking_rmse_m", "worst RMSE", "m", 3, LOW, _fleet("tracking_rmse_max_m")),
-    Measure("control_effort", "control effort", "m²/s³", 1, LOW, _fleet("control_effort_m2_s3")),
+    Measure("last_arrival_s", "last arrival", "s", 1, LOW, _last_arrival, is_cost=True),
+    Measure("path_ratio", "path-length ratio", "", 2, LOW, _fleet("path_ratio_mean"), is_cost=True),
+    Measure(
+        "tracking_rmse_m", "worst RMSE", "m", 3, LOW, _fleet("tracking_rmse_max_m"), is_cost=True
+    ),
+    Measure(
+        "control_effort",
+        "control effort",
+        "m²/s³",
+        1,
+        LOW,
+        _fleet("control_effort_m2_s3"),
+        is_cost=True,
+    ),
     Measure("deadlock_s", "deadlock", "s", 1, LOW, _fleet("deadlock_any_s")),
     Measure(
         "setpoint_gap_s", "longest setpoint gap", "s", 2, LOW, _fleet("setpoint_longest_gap_s")

@@ -28,7 +28,12 @@ _FIGURES = {
 }
 
 
-def page(found: LineUp, measured: Sequence[Standing], pictures: Sequence[Path]) -> str:
+def page(
+    found: LineUp,
+    measured: Sequence[Standing],
+    pictures: Sequence[Path] = (),
+    recording: Path | None = None,
+) -> str:
     """Return the whole page; the pictures (PNGs, with an SVG beside each) are inside it."""
     scenarios = ", ".join(found.scenarios)
     return document(
@@ -39,7 +44,7 @@ def page(found: LineUp, measured: Sequence[Standing], pictures: Sequence[Path]) 
             *_numbers(found, measured),
             *_settings(found),
             *_figures(pictures),
-            *_runs(found),
+            *_runs(found, recording),
             "</main>",
         ],
     )
@@ -63,7 +68,7 @@ def _top(found: LineUp, scenarios: str) -> Iterator[str]:
 def _numbers(found: LineUp, measured: Sequence[Standing]) -> Iterator[str]:
     """Yield the one table: few runs side by side, many below one another."""
     yield '<h2 id="numbers">Numbers</h2>'
-    labels = [escape(run.label) for run in found.runs]
+    labels = [escape(run.head) for run in found.runs]
     verdicts = [_verdict(bool(run.report["passed"])) for run in found.runs]
     heads = [escape(head(standing.measure)) for standing in measured]
     cells = [[_cell(standing, k) for standing in measured] for k in range(len(found.runs))]
@@ -120,7 +125,7 @@ def _figures(pictures: Sequence[Path]) -> Iterator[str]:
         yield from figure(picture, *_FIGURES[picture.stem])
 
 
-def _runs(found: LineUp) -> Iterator[str]:
+def _runs(found: LineUp, recording: Path | None) -> Iterator[str]:
     yield '<h2 id="runs">The runs</h2>'
     rows = [
         [
@@ -134,9 +139,10 @@ def _runs(found: LineUp) -> Iterator[str]:
     ]
     heads = ("run", "scenario", "folder", "digest", "ended with")
     yield from table("Where they are, and how they ended", heads, rows, words=range(5))
-    folders = " ".join(quote(str(run.flown.folder)) for run in found.runs)
-    two = " ".join(quote(str(run.flown.folder)) for run in found.runs[:2])
-    yield "<p>All of them in one recording, on one timeline:</p>"
-    yield "<pre>mavherd view compare.rrd</pre>"
+    folders = [quote(str(run.flown.folder.resolve())) for run in found.runs]
+    if recording:
+        yield "<p>All of them in one recording, on one timeline:</p>"
+        yield f"<pre>mavherd view {escape(quote(str(recording.resolve())))}</pre>"
     yield "<p>To compare again, and to see where two of them part, message by message:</p>"
-    yield f"<pre>mavherd compare {escape(folders)}\nmavherd diff {escape(two)}</pre>"
+    again, two = escape(" ".join(folders)), escape(" ".join(folders[:2]))
+    yield f"<pre>mavherd compare {again}\nmavherd diff {two}</pre>"

@@ -1,8 +1,9 @@
 """The comparison at a terminal: what differs from the start, a table, what is to be known."""
 
 from collections.abc import Iterator, Sequence
+from textwrap import wrap
 
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -14,16 +15,20 @@ from .words import LEGEND, head, mark, setting, shown
 FEW = 5  # runs that stand side by side; more stand below one another
 MAX_SETTINGS = 8
 MAX_LABEL = 26  # letters on one line
+_HEADS = 13, 8  # letters on a line of a column's head: what is tried
+_LEAST = 3  # columns of the table that has a line for each run
+_WIDE = 10_000  # columns: more than any table has
 _FIRST = "collisions", "nearest_rovers", "nearest_quads", "last_arrival_s"
 
 
-def comparison(found: LineUp, standings: Sequence[Standing]) -> RenderableType:
-    """Return what a terminal shows of a comparison."""
-    few = len(found.runs) <= FEW
-    table = _side_by_side(found, standings) if few else _below_one_another(found, standings)
+def comparison(found: LineUp, standings: Sequence[Standing], console: Console) -> RenderableType:
+    """Return what a terminal shows of a comparison: side by side where no word has to be broken."""
+    few = [_side_by_side(found, standings, least) for least in _HEADS if len(found.runs) <= FEW]
+    fitting = [table for table in few if _fits(table, console)]
+    table = fitting[0] if fitting else _below_one_another(found, standings, console)
     marked = any(standing.best or standing.worst for standing in standings)
     legend = [Text(LEGEND, style="dim")] if marked else []
-    return Group(table, *legend, *_settings(found), *notes(found))
+    return Group(table, *legend, *_settings(found, console), *notes(found))
 
 
 def notes(found: LineUp) -> Iterator[Text]:
@@ -38,11 +43,11 @@ def notes(found: LineUp) -> Iterator[Text]:
         yield Text(f"different scenarios: {', '.join(found.scenarios)}", style="yellow")
 
 
-def _side_by_side(found: LineUp, standings: Sequence[Standing]) -> Table:
+def _side_by_side(found: LineUp, standings: Sequence[Standing], least: int) -> Table:
     table = _table()
-    table.add_column("", no_wrap=True)
+    table.add_column("")
     for run in found.runs:
-        table.add_column(run.label, justify="right", overflow="fold")
+        table.add_column(_wrapped(run.head, least), justify="right")
     table.add_row("verdict", *(_verdict(bool(run.report["passed"])) for run in found.runs))
     for standing in standings:
         cells = [_cell(standing, k) for k in range(len(found.runs))]
@@ -50,45 +55,59 @@ def _side_by_side(found: LineUp, standings: Sequence[Standing]) -> Table:
     return table
 
 
-def _below_one_another(found: LineUp, standings: Sequence[Standing]) -> Table:
-    table = _table()
-    longest = max(len(run.label) for run in found.runs)
-    table.add_column("run", overflow="fold", no_wrap=longest <= MAX_LABEL)
-    table.add_column("verdict", no_wrap=True)
+def _below_one_another(found: LineUp, standings: Sequence[Standing], console: Console) -> Table:
+    """Return a line for each run, with as many of the first measures as there is room for."""
     chosen = [s for s in standings if s.measure.key in _FIRST]
+    table = _table()
+    table.add_column("run")
+    table.add_column("verdict")
     for standing in chosen:
-        longest = max(len(word) for word in head(standing.measure).split())
-        table.add_column(head(standing.measure), justify="right", min_width=longest)
+        table.add_column(_wrapped(head(standing.measure), 8), justify="right")
     for k, run in enumerate(found.runs):
         cells = [_cell(standing, k) for standing in chosen]
-        table.add_row(run.label, _verdict(bool(run.report["passed"])), *cells)
+        name = _wrapped(run.head, MAX_LABEL)
+        table.add_row(name, _verdict(bool(run.report["passed"])), *cells)
+    while not _fits(table, console) and len(table.columns) > _LEAST:
+        table.columns.pop()
     return table
 
 
-def _settings(found: LineUp) -> Iterator[RenderableType]:
+def _settings(found: LineUp, console: Console) -> Iterator[RenderableType]:
     """Yield a table of what the runs were told differently."""
     if not found.settings:
         yield Text("no setting differs")
         return
-    few = len(found.runs) <= FEW
-    table = _table()
-    table.add_column("differs", no_wrap=False, overflow="fold")
-    for run in found.runs if few else ():
-        table.add_column(run.label, justify="right", overflow="fold")
-    if not few:
-        table.add_column("values", overflow="fold")
     alike = len(found.scenarios) == 1
     keys = [key for key in found.settings if alike or place(key) == 0][:MAX_SETTINGS]
+    table = _table()
+    table.add_column("differs")
+    for run in found.runs:
+        table.add_column(_wrapped(run.label, _HEADS[0]), justify="right")
     for key in keys:
-        values = found.settings[key]
-        if few:
-            table.add_row(key, *map(setting, values))
-        else:
-            table.add_row(key, ", ".join(dict.fromkeys(map(setting, values))))
+        table.add_row(key, *(_wrapped(setting(v), MAX_LABEL) for v in found.settings[key]))
+    few = len(found.runs) <= FEW
+    if not (few and _fits(table, console)):
+        table = _table()
+        table.add_column("differs", overflow="fold")
+        table.add_column("values, run by run" if few else "values", overflow="fold")
+        for key in keys:
+            said = list(map(setting, found.settings[key]))
+            table.add_row(key, " | ".join(said) if few else ", ".join(dict.fromkeys(said)))
     yield Text("")
     yield table
     if (more := len(found.settings) - len(keys)) > 0:
         yield Text(f"and {more} more keys, on the page", style="dim")
+
+
+def _fits(table: Table, console: Console) -> bool:
+    wide = console.options.update(width=_WIDE)
+    return console.measure(table, options=wide).maximum <= console.width
+
+
+def _wrapped(text: str, width: int) -> str:
+    """Return lines of that width, or as wide as the longest word: none is broken."""
+    longest = max(map(len, text.split()), default=1)
+    return "\n".join(wrap(text, max(width, longest), break_on_hyphens=False))
 
 
 def _cell(standing: Standing, run: int) -> Text:

@@ -5,7 +5,7 @@ from typing import Any
 from .measures import Measure, Standing
 
 BEST, WORST = "★", "▽"
-LEGEND = f"{BEST} best, {WORST} worst"
+LEGEND = f"{BEST} best, {WORST} worst; costs are ranked where all arrived without a collision"
 NONE = "\N{EN DASH}"
 
 

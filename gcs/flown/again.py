@@ -13,9 +13,8 @@ from ...transport.errors import VehicleError
 from ...transport.tlog import digest, torn_at
 from ..diff.run_folder import open_run
 from ..report.judge import Verdict
-from ..report.outcome import FAILED, PASSED, Ending, Outcome, assess
+from ..report.outcome import FAILED, PASSED, Ending, Outcome, assess, traffic_of
 from ..report.report import write_report
-from ..report.traffic import Traffic, read_traffic
 from ..run.readiness import Readiness
 from .flown import Flown
 
@@ -23,13 +22,17 @@ if TYPE_CHECKING:
     from ..report.truth import Track
 
 KILLED = "the run was killed: it left no report"
-_NO_REPORT = "report.json: none was left; this one is made of the logs"
+DAMAGED = "how the run ended is not known: its report.json was damaged"
+_NO_REPORT = "report.json: {} was left; this one is made of the logs"
 _KEPT = (
     *("run_id", "started_at", "speed", "in_process", "wall_s", "real_time_factor", "cpu"),
     *("ticks", "late_ticks", "outside_clients", "version", "compiled", "python", "platform"),
     "ports",
 )
-_UNKNOWN = "started_at", "speed", "wall_s", "real_time_factor"
+_UNKNOWN = (
+    *("started_at", "speed", "wall_s", "real_time_factor"),
+    *("late_ticks", "outside_clients", "script"),
+)
 
 Step = Callable[[str], None]
 """Is told what is being done."""
@@ -66,7 +69,7 @@ def judge_again(flown: Flown, step: Step = lambda _: None) -> Judged:
     tracks = flown.tracks()
     lockstep = open_run(flown.folder).lockstep
     ending = _ending(flown, tracks, lockstep)
-    traffic = _traffic(flown)
+    traffic = traffic_of(flown.folder, flown.starts)
     step("judging")
     report, verdict = assess(
         flown.scenario,
@@ -97,11 +100,14 @@ def _ending(flown: Flown, tracks: "list[Track]", lockstep: bool) -> Ending:
         now = max((float(track.time[-1]) for track in tracks), default=0.0)
         return Ending(
             exit_code=VehicleError.exit_code,
-            error=KILLED,
+            error=DAMAGED if flown.damaged else KILLED,
             now=now,
             ready_at=ready.at,
             ticks=int(now * 1e6) // flown.scenario.team.period_us if lockstep else 0,
-            missing=(_NO_REPORT, *flown.missing[1:]),
+            missing=(
+                _NO_REPORT.format("a damaged one" if flown.damaged else "none"),
+                *flown.missing[1:],
+            ),
         )
     code = told.get("exit_code", PASSED)
     return Ending(
@@ -113,15 +119,9 @@ def _ending(flown: Flown, tracks: "list[Track]", lockstep: bool) -> Ending:
         ticks=told.get("ticks") or 0,
         late_ticks=told.get("late_ticks") or 0,
         outside_clients=told.get("outside_clients") or 0,
+        script=told.get("script"),
         missing=flown.missing,
     )
-
-
-def _traffic(flown: Flown) -> dict[str, Traffic]:
-    """Return what went over the link of every robot that has a log."""
-    logs = {spec.name: (flown.tlog(spec.name), spec.system_id) for spec in flown.starts}
-    read = {name: read_traffic(log, i) for name, (log, i) in logs.items() if log is not None}
-    return {name: traffic for name, traffic in read.items() if traffic is not None}
 
 
 def _digest(flown: Flown) -> str | None:

@@ -1,12 +1,18 @@
-"""The event log of a run: one JSON object a line, written while the run goes on."""
+"""The event log of a run: one JSON object a line, written while the run goes on.
 
+Whoever writes it holds a lock on it, which ends with its process, however that ends.
+"""
+
+import fcntl
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 from .folder import unreadable
 
+_NAME = "events.jsonl"
 _KEYS = {"t", "vehicle", "kind", "text"}
 
 
@@ -17,10 +23,28 @@ class EventLog(NamedTuple):
     damaged: tuple[int, ...]  # the lines that are none; a last one without its end is not counted
 
 
+def open_events(folder: Path) -> TextIO:
+    """Return the new event log of the run in `folder`, which goes on until it is closed."""
+    log = (folder / _NAME).open("w", buffering=1, encoding="utf-8")
+    with suppress(OSError):  # a file system without locks
+        fcntl.flock(log, fcntl.LOCK_EX)
+    return log
+
+
+def is_written(folder: Path) -> bool:
+    """Return whether somebody is writing the event log of the run in `folder`."""
+    with suppress(OSError), (folder / _NAME).open("rb") as log:
+        try:
+            fcntl.flock(log, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
+
+
 def read_events(folder: Path) -> EventLog:
     """Return the events of the run in `folder`, as far as they can be read."""
     try:
-        text = (folder / "events.jsonl").read_text(encoding="utf-8", errors="replace")
+        text = (folder / _NAME).read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:
         return EventLog((), ())
     except OSError as error:

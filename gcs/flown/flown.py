@@ -4,10 +4,7 @@ Of a run that was killed there is no report, and its logs end somewhere: it open
 says so in `partial` and `missing`.
 """
 
-import json
-import socket
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,14 +14,14 @@ from ...scenarios.errors import ScenarioError
 from ...scenarios.loader import load_scenario
 from ...scenarios.schema import RobotSpec, Scenario
 from ...scenarios.starts import draw_starts
-from .events import read_events
+from .events import is_written, read_events
 from .folder import RunFolderError, check_folder, made_by, read_report, whole_or_part
 
 if TYPE_CHECKING:  # numpy is needed by those who ask for tracks
     from ..report.truth import Track
 
 _LISTED = 6  # names in a line
-_ANSWER_S = 0.5
+_RECORDING = "run.rrd"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +31,8 @@ class Flown:
     folder: Path
     scenario: Scenario  # as resolved
     starts: tuple[RobotSpec, ...]  # its robots where the seed has put them
-    report: Mapping[str, Any] | None  # None: the run was killed, or goes on
+    report: Mapping[str, Any] | None  # None: the run was killed, or goes on, or it is damaged
+    damaged: str  # what is said of a report.json that is there, but none; "" otherwise
     missing: tuple[str, ...]  # a line for each kind of file that is not there or has no end
 
     @property
@@ -71,25 +69,18 @@ class Flown:
     @property
     def recording(self) -> Path | None:
         """The Rerun recording, which is a `.part` when the recorder was killed."""
-        return whole_or_part(self.folder / "run.rrd")
+        return whole_or_part(self.folder / _RECORDING)
 
     def goes_on(self) -> bool:
-        """Return whether the run is still under way: whether its Zenoh router answers."""
-        if self.report is not None:
-            return False
-        with suppress(OSError, ValueError, KeyError, TypeError):
-            ports = json.loads((self.folder / "ports.json").read_text(encoding="utf-8"))
-            host, _, port = ports["zenoh"].removeprefix("tcp/").rpartition(":")
-            with socket.create_connection((host, int(port)), timeout=_ANSWER_S):
-                return True
-        return False
+        """Return whether the run is still under way: whether its launcher holds its event log."""
+        return self.report is None and is_written(self.folder)
 
 
 def open_flown(folder: Path | str) -> Flown:
     """Return the run in `folder`, finished or broken off.
 
     Raises MavherdError when there is no such folder, no run has left it, a newer mavherd has, or
-    its scenario or report is damaged.
+    its scenario is damaged.
     """
     folder = Path(folder)
     check_folder(folder)
@@ -103,12 +94,16 @@ def open_flown(folder: Path | str) -> Flown:
         raise RunFolderError(
             f"{error}; the run was made by mavherd {made_by(report)}, this is {__version__}"
         ) from None
+    damaged = ""
+    if report == {}:
+        damaged = "report.json: damaged (`mavherd report` writes it again)"
     return Flown(
         folder=folder,
         scenario=scenario,
         starts=starts,
-        report=report,
-        missing=tuple(_missing(folder, starts, report)),
+        report=report or None,
+        damaged=damaged,
+        missing=tuple(_missing(folder, starts, report or None, damaged)),
     )
 
 
@@ -120,22 +115,23 @@ def lacking_logs(folder: Path, names: Sequence[str]) -> Iterator[str]:
 
 
 def _missing(
-    folder: Path, starts: Sequence[RobotSpec], report: Mapping[str, Any] | None
+    folder: Path, starts: Sequence[RobotSpec], report: Mapping[str, Any] | None, damaged: str
 ) -> Iterator[str]:
+    recording = whole_or_part(folder / _RECORDING)
     if report is None:
-        yield "report.json: none (the run was killed, or goes on)"
+        yield damaged or "report.json: none (the run was killed, or goes on)"
     elif told := report.get("missing"):
-        yield from map(str, told)
+        whole = recording and recording.suffix != ".part"  # `mavherd convert` has made it since
+        yield from (text for text in map(str, told) if not (whole and _RECORDING in text))
         return
     names = [spec.name for spec in starts]
     yield from lacking_logs(folder, names)
     if not (folder / "events.jsonl").exists():
         yield "events.jsonl: none"
-    elif damaged := read_events(folder).damaged:
-        yield f"events.jsonl: damaged in line {', '.join(map(str, damaged[:_LISTED]))}"
-    recording = whole_or_part(folder / "run.rrd")
+    elif lines := read_events(folder).damaged:
+        yield f"events.jsonl: damaged in line {', '.join(map(str, lines[:_LISTED]))}"
     if recording and recording.suffix == ".part":
-        yield "run.rrd: without its end (.part)"
+        yield f"{_RECORDING}: without its end (.part)"
     elif report and report.get("partial"):
         yield "report.json says that the run is partial"
 

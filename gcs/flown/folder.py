@@ -36,7 +36,10 @@ def is_run(folder: Path) -> bool:
 
 
 def read_report(folder: Path) -> dict[str, Any] | None:
-    """Return report.json; None when the run has not come to write it."""
+    """Return report.json; None when the run has not come to write it, {} when it is damaged.
+
+    Raises RunFolderError for one that a newer mavherd has made, or that may not be read.
+    """
     path = folder / "report.json"
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
@@ -45,11 +48,9 @@ def read_report(folder: Path) -> dict[str, Any] | None:
     except OSError as error:
         raise unreadable(error, folder) from None
     except ValueError:
-        report = None
+        return {}
     if not isinstance(report, dict):
-        raise RunFolderError(
-            f"{path}: this is not a run's report (without it, `mavherd report` writes it again)"
-        )
+        return {}
     schema = report.get("schema", 1)
     if not isinstance(schema, int) or schema > REPORT_SCHEMA:
         raise RunFolderError(

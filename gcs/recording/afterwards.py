@@ -8,6 +8,7 @@ speak of frames of their own, were believed to be.
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,9 +21,10 @@ from ...transport.tlog import read_tlog
 from ...transport.wire import Phase, Target, VehicleState
 from ...vehicles.config import SIMULATED_EPOCH_US
 from ..flown.flown import Flown, open_flown
-from ..progress import Bar
+from ..patience import Bar
 from ..report.truth import Track
 from ..station.status import VehicleStatus
+from .layout import layout
 from .outside.convert import Converted
 from .scene import Scene
 from .stage import stage_of
@@ -56,7 +58,7 @@ def convert_run(folder: Path, output: Path, bar: Bar) -> Converted:
     events = flown.events()
     told = {spec.name: _told(flown, spec, events) for spec in flown.starts}
     stream = Stream(str((flown.report or {}).get("run_id") or folder.name), file=output)
-    scene = Scene(stream, stage_of(flown.scenario))
+    scene = Scene(stream, stage_of(flown.scenario), lay_out=partial(layout, afterwards=True))
     try:
         end = max(float(track.time[-1]) for track in tracks)
         for event in events:
@@ -74,7 +76,7 @@ def convert_run(folder: Path, output: Path, bar: Bar) -> Converted:
         scene.flush(everything=True)
     finally:
         stream.close()
-    remarks = [f"{folder}: {text}" for text in flown.missing if not text.startswith("run.rrd")]
+    remarks = [f"{folder}: {text}" for text in flown.missing if "run.rrd" not in text]
     return Converted([track.name for track in tracks], end, remarks)
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...transport.frames import Origin
 from ..report.truth import Floats
+from .colours import Rgb
 from .grid import RATE_HZ, Aligned
-from .palette import Rgb
 from .stage import StagedRobot
 from .stream import Stream
 

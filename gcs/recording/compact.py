@@ -1,7 +1,6 @@
 """A finished recording made smaller: many small batches become few large ones."""
 
 import subprocess
-from contextlib import suppress
 from pathlib import Path
 
 from ...transport.errors import MavherdError
@@ -20,7 +19,7 @@ def compact(recording: Path) -> bool:
     if recording.stat().st_size > MAX_BYTES:
         return False
     smaller = recording.with_name(f".{recording.name}.part")
-    with suppress(MavherdError, OSError, subprocess.SubprocessError):
+    try:
         subprocess.run(  # noqa: S603
             [rerun_binary(), "rrd", "optimize", recording, "-o", smaller],
             check=True,
@@ -29,6 +28,8 @@ def compact(recording: Path) -> bool:
             capture_output=True,
         )
         smaller.replace(recording)
-        return True
-    smaller.unlink(missing_ok=True)
-    return False
+    except (MavherdError, OSError, subprocess.SubprocessError):
+        return False
+    finally:
+        smaller.unlink(missing_ok=True)
+    return True

@@ -15,9 +15,9 @@ from ..compare.lineup import ComparedRun, LineUp
 from ..compare.measures import Standing
 from ..compare.nearness import nearness
 from ..compare.words import LEGEND, head, mark, shown
+from ..new_file import new_file
 from ..report.contact import BODIES, CLASSES, contact_distance
-from ..report.figure_style import COLOURS
-from ..report.page_style import COLOURS as THEMES
+from ..report.figure_style import COLOURS, on_dark
 from ..report.truth import Floats, Track
 from .shapes import mesh3d, shape_of, whole
 from .stage import stage_of
@@ -29,29 +29,27 @@ TRACK_EVERY = 10
 SHAPED = 80  # robots of all runs; more are drawn as balls
 _WIDTHS = 3.0, 1.2  # points, of the first run's tracks and of the last one's
 _CROSS_M = 0.35
+_ASPECT = 1.15  # of the view, width over height
 _CONTACT = (230, 232, 235)
-_ON_DARK = dict(THEMES.values())
 
 
 def record_comparison(path: Path, found: LineUp, measured: Sequence[Standing]) -> Path:
     """Write the recording; it has its name when it is complete."""
-    part = path.with_name(path.name + ".part")
-    stream = Stream(f"compare-{path.resolve().parent.name}", file=part)
-    try:
-        stream.name(f"{len(found.runs)} runs of {', '.join(found.scenarios)}")
-        classes = _record(stream, found)
-        _numbers(stream, found, measured)
-        stream.blueprint(_layout(found, classes))
-    finally:
-        stream.close()
-    part.replace(path)
+    with new_file(path) as part:
+        stream = Stream(f"compare-{path.resolve().parent.name}", file=part)
+        try:
+            stream.name(f"{len(found.runs)} runs of {', '.join(found.scenarios)}")
+            classes = _record(stream, found)
+            _numbers(stream, found, measured)
+            stream.blueprint(_layout(found, classes))
+        finally:
+            stream.close()
     return path
 
 
 def colour_of(place: int) -> str:
     """Return the colour of the run or group at `place`: as in the figures, but seen on dark."""
-    colour = COLOURS[place % len(COLOURS)].lower()
-    return _ON_DARK.get(colour, colour)
+    return on_dark(COLOURS[place % len(COLOURS)])
 
 
 def _record(stream: Stream, found: LineUp) -> list[str]:
@@ -154,7 +152,7 @@ def _numbers(stream: Stream, found: LineUp, measured: Sequence[Standing]) -> Non
     """Record the table of numbers, a line for each run where runs are many."""
     import rerun as rr
 
-    labels = [run.label for run in found.runs]
+    labels = [run.head for run in found.runs]
     verdicts = ["passed" if run.report["passed"] else "FAILED" for run in found.runs]
     table = [["", *labels], ["verdict", *verdicts]]
     for standing in measured:
@@ -183,7 +181,7 @@ def _layout(found: LineUp, classes: Sequence[str]) -> Any:
 
     stages = [stage_of(run.flown.scenario) for run in found.runs]
     robots = tuple(robot for stage in stages for robot in stage.robots)
-    world = world_view(stages[0]._replace(robots=robots))
+    world = world_view(stages[0]._replace(robots=robots), _ASPECT)
     plots = [
         rrb.TimeSeriesView(
             name=f"Smallest separation, m: {label.replace('-', ' to ')}",

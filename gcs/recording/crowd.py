@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ...transport.wire import Target, VehicleState
 from ..report.truth import Floats
+from .colours import CLEARANCE, FEED_FORWARD, VELOCITY, Rgb, tint
 from .grid import RATE_HZ, Aligned
 from .nearness import NEAR_M
-from .palette import CLEARANCE, FEED_FORWARD, VELOCITY, Rgb, tint
 from .shapes import mesh3d, radius_of, shape_of, whole
 from .solo import AHEAD_S
 from .stage import StagedRobot
@@ -43,15 +43,17 @@ class Crowd:
         self._beliefs: list[tuple[float, list[VehicleState]]] = []
         shape = shape_of(kind, colour, fine=False)
         self._arrow_up = np.array([0.0, 0.0, 0.36 if kind == "rover" else shape.top])
-        dot = rr.Points3D([[0, 0, 0]], colors=[tint(colour, 0.3)], radii=rr.Radius.ui_points(3))
+        dot = rr.Points3D([[0, 0, 0]], colors=[tint(colour, 0.5)], radii=rr.Radius.ui_points(4))
         self._put("robots", mesh3d(whole(shape)), dot)  # the dot is what is seen from afar
         self._looks: dict[str, Any] = {  # of what is there with its first row only
             "arrows/velocity": rr.Arrows3D.from_fields(colors=[VELOCITY], radii=0.02),
             "arrows/feed_forward": rr.Arrows3D.from_fields(colors=[FEED_FORWARD], radii=0.025),
             "trails": rr.LineStrips3D.from_fields(
-                colors=[(*colour, 150)], radii=rr.Radius.ui_points(0.7)
+                colors=[(*colour, 110)], radii=rr.Radius.ui_points(0.6)
             ),
-            "targets": rr.Points3D.from_fields(colors=[colour], radii=rr.Radius.ui_points(2.5)),
+            "targets": rr.Points3D.from_fields(
+                colors=[(*colour, 110)], radii=rr.Radius.ui_points(1.5)
+            ),
             "believed": rr.Points3D.from_fields(
                 colors=[(*colour, 130)], radii=rr.Radius.ui_points(1.5)
             ),

@@ -5,7 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 from subprocess import TimeoutExpired
 
-from .viewers import Ports, Viewer, ViewerError, Viewing, open_page, open_window, prepare
+from .served import Ports, prepare
+from .viewers import Viewer, ViewerError, Viewing, open_page, open_window
 
 _FETCH_S = 5.0  # for a window that has just been opened to come up and get everything
 _REST_S = 0.3  # for one that has long been there to get the rest
@@ -48,7 +49,7 @@ class Dashboard:
         told = []
         try:
             if self._viewing.web:
-                self._viewers.append(open_page(source, self.ports, log))
+                self._viewers.append(open_page(source, self.ports.data, self.ports.page, log))
                 told.append(f"to see it in a browser: {self.ports.url}")
             if self._viewing.native:
                 self._viewers.append(open_window(source, log, leash=not self._stays))
@@ -73,6 +74,7 @@ class Dashboard:
             window.process.wait(_REST_S if hurry else max(_REST_S, young))
 
     def close(self) -> None:
-        """End the page, and the window unless it stays."""
+        """End the page, and the window unless it stays; give back the ports."""
         for viewer in self._viewers:
             viewer.end()
+        self.ports.release()

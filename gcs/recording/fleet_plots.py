@@ -9,7 +9,7 @@ import numpy as np
 
 from ...transport.wire import Target, VehicleState
 from ..report.contact import BODIES, contact_distance, pair_class
-from ..report.figure_style import CLASS_COLOUR
+from ..report.figure_style import CLASS_COLOUR, on_dark
 from ..report.truth import Floats
 from .grid import RATE_HZ, Aligned
 from .panels import columns
@@ -21,7 +21,6 @@ SUMMARY = ("most", "nine tenths below", "median")
 _SUMMARY_COLOURS = [rgb(colour) for colour in ("#E69F00", "#56B4E9", "#F2F2F2")]
 CROWD_EVERY = 4  # steps of the grid: so often each robot of a crowd is recorded
 PHASES = tuple(PHASE_COLOURS)
-_ON_DARK = {"#0072B2": "#1F83CC", "#00795A": "#00B386"}
 _PATIENCE_S = 1.0  # of the run, for the targets of one moment to come together
 
 
@@ -54,7 +53,7 @@ class FleetPlots:
             label = pair_class(robot.kind, other) if other in BODIES else ""
             if label and label not in self._contacts:
                 contact = self._contacts[label] = contact_distance(robot.kind, other)
-                paint = rgb(_ON_DARK.get(CLASS_COLOUR[label], CLASS_COLOUR[label]))
+                paint = rgb(on_dark(CLASS_COLOUR[label]))
                 names = [label, f"{label}: contact at {contact:.2f} m"]
                 lines = self._rr.SeriesLines(names=names, colors=[paint, paint], widths=[2, 1])
                 self._stream.static(f"fleet/separation/{label}", lines)

@@ -2,59 +2,49 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from ...scenarios.schema import Scenario
-from ...transport.bus import Bus, Queue
-from ...transport.wire import (
-    VehicleState,
-    WireError,
-    unpack_snapshot,
-    unpack_state,
-    unpack_target,
-)
+from ...transport.bus import Bus
+from ...transport.wire import SNAPSHOT_HZ, Snapshot, WireError, unpack_snapshot
 from .scene import Scene
 
-HZ = 10  # of fleet time: so much is recorded of what comes each tick
-QUEUE = 1 << 11  # of what comes at that rate, between two batches of a run in a hurry
+QUEUE = 1 << 11  # snapshots between two batches of a run in a hurry
+PER_ROBOT = 1 << 7  # and so many more for each, which may have a coordinator of its own
+_SLACK = 1e-3  # of a moment: times are sums of steps
 
 
 class Inbox:
     """Keeps what has come and is not recorded yet; from its making on nothing is missed.
 
-    A central coordinator tells everything at once, now and then; where robots are steered `apart`,
-    each coordinator tells of its own. Who is frozen misses some: nobody waits for a recording.
-    Events come from their log, where all of them are.
+    Each coordinator tells of its vehicles now and then, and those of one moment are handed over
+    together: when all of `robots` are, or when later ones have come. Who is frozen misses some:
+    nobody waits for a recording. Events come from their log, where all of them are.
     """
 
-    def __init__(self, folder: Path, bus: Bus, scenario: Scenario, *, apart: bool = False) -> None:
+    def __init__(self, folder: Path, bus: Bus, robots: Collection[str]) -> None:
         self.now = 0.0  # s of fleet time, the newest that was told
-        self._every = max(1, round(scenario.team.rate_hz / HZ))
-        self._snapshots = self._states = self._targets = None
-        if apart:
-            size = QUEUE * len(scenario.robots)
-            self._states = bus.queue("vehicle/*/state", size)
-            self._targets = bus.queue("vehicle/*/target", size)
-        else:
-            self._snapshots = bus.queue("snapshot", QUEUE)
+        self._robots = frozenset(robots)
+        self._snapshots = bus.queue("snapshot", QUEUE + PER_ROBOT * len(robots))
+        self._moments: dict[int, list[Snapshot]] = {}  # not handed over yet, by 1/SNAPSHOT_HZ s
         self._log = (folder / "events.jsonl").open("rb")
         self._torn = b""  # the last line, as long as it has no end
         self._bad: set[str] = set()
 
-    def deliver(self, scene: Scene) -> None:
-        """Hand everything over."""
-        for key, data in self._drain(self._snapshots):
-            self._try(key, self._add_snapshot, scene, data)
-        ticks: dict[int, list[VehicleState]] = {}
-        for key, data in self._drain(self._states):
-            self._try(key, self._sort, data, ticks)
-        for states in ticks.values():
-            self.now = max(self.now, *(state.time for state in states))
-            scene.add_states(states, self.now)
-        for key, data in self._drain(self._targets):
-            self._try(key, self._add_target, scene, data)
+    def deliver(self, scene: Scene, *, everything: bool = False) -> None:
+        """Hand over what belongs together, or `everything` there is."""
+        for key, data in self._snapshots.drain():
+            self._try(key, self._sort, data)
+        newest = max(self._moments, default=0)
+        for moment in sorted(self._moments):
+            told = self._moments[moment]
+            states = {state.name: state for snapshot in told for state in snapshot.states}
+            if everything or moment < newest - 1 or self._robots <= states.keys():
+                del self._moments[moment]
+                scene.add_states([*states.values()], max(snapshot.now for snapshot in told))
+                scene.add_targets([target for snapshot in told for target in snapshot.targets])
         *lines, self._torn = (self._torn + self._log.read()).split(b"\n")
         for line in lines:
             self._try("events.jsonl", self._add_event, scene, line)
@@ -63,23 +53,13 @@ class Inbox:
         """Close the event log."""
         self._log.close()
 
-    def _drain(self, queue: Queue | None) -> Iterable[tuple[str, bytes]]:
-        return queue.drain() if queue else ()
-
-    def _add_snapshot(self, scene: Scene, data: bytes) -> None:
+    def _sort(self, data: bytes) -> None:
         snapshot = unpack_snapshot(data)
-        self.now = snapshot.now
-        scene.add_states(snapshot.states, snapshot.now)
-        scene.add_targets(snapshot.targets)
-
-    def _sort(self, data: bytes, ticks: dict[int, list[VehicleState]]) -> None:
-        """Put a state to those of its tick, if that is to be recorded."""
-        state = unpack_state(data)
-        if state.sequence % self._every == 0:
-            ticks.setdefault(state.sequence, []).append(state)
-
-    def _add_target(self, scene: Scene, data: bytes) -> None:
-        scene.add_targets([unpack_target(data)])
+        if not isfinite(snapshot.now):
+            raise WireError(f"snapshot: of no moment ({snapshot.now})")
+        self.now = max(self.now, snapshot.now)
+        moment = int(snapshot.now * SNAPSHOT_HZ + _SLACK)
+        self._moments.setdefault(moment, []).append(snapshot)
 
     def _add_event(self, scene: Scene, line: bytes) -> None:
         try:

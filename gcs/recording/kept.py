@@ -1,22 +1,13 @@
 """The file of a recording that goes on: what was handed over to it is there, whatever comes."""
 
 import os
-import shutil
 from contextlib import suppress
 from pathlib import Path
 
-from ...transport.errors import MavherdError
 from .compact import compact
-from .stream import Stream
+from .stream import RecordingError, Stream
 
 _FLUSH_S = 5.0  # for what was recorded to reach the file
-_FULL_BYTES = 1 << 20  # less room than that is none
-
-
-class RecordingError(MavherdError):
-    """A recording that cannot go on."""
-
-    exit_code = 3
 
 
 class KeptFile:
@@ -34,16 +25,12 @@ class KeptFile:
         The file then holds what was handed over before, and nothing is written to it any more.
         """
         try:
-            self._stream.flush(_FLUSH_S)
-        except RuntimeError as error:
-            if "shut down" not in str(error):
-                return  # it takes its time
-            with suppress(RuntimeError):
-                self._stream.end_file()
+            self._stream.flush_file(_FLUSH_S)
+        except RecordingError:
+            with suppress(RecordingError):
+                self._stream.end_file(_FLUSH_S)
             os.truncate(self._part, self._safe)
-            is_full = shutil.disk_usage(self._part.parent).free < _FULL_BYTES
-            lost = f"{self._part.name} cannot be written any more"
-            raise RecordingError("the disk is full" if is_full else lost) from None
+            raise
         self._safe = self._part.stat().st_size
 
     def finish(self, *, in_hurry: bool) -> None:

@@ -28,10 +28,16 @@ class Line(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """A plot of one robot: its title says what its colours are, for a legend would hide lines."""
+    """A plot of one robot; its title says what its colours are, where there are several."""
 
     title: str
     parts: tuple[tuple[str, tuple[Line, ...]], ...]  # component and its lines
+    span: tuple[float, float] | None = None  # of the axis; None: whatever the lines need
+
+    @property
+    def name(self) -> str:
+        """The title without the colours."""
+        return self.title.partition(" (")[0]
 
 
 def _asked(name: str, colour: str) -> Line:
@@ -39,16 +45,13 @@ def _asked(name: str, colour: str) -> Line:
 
 
 DISTANCE = ("distance", (Line("distance", _WHITE),))
-OFFSET = (
+OFFSETS = (
     "offset",
     (Line("east", _BLUE, ASKED), Line("north", _ORANGE, ASKED), Line("up", _GREEN, ASKED)),
 )
-OFF_TARGET = Panel(
-    "Off target, m (white: distance; blue: east; orange: north; green: up)", (DISTANCE, OFFSET)
-)
-OFF_TARGET_FLAT = Panel(
-    "Off target, m (white: distance; blue: east; orange: north)", (DISTANCE, OFFSET)
-)
+OFF_TARGET = Panel("Off target, m", (DISTANCE,))
+OFFSET = Panel("Offset, m (blue: east; orange: north; green: up)", (OFFSETS,))
+OFFSET_FLAT = Panel("Offset, m (blue: east; orange: north)", (OFFSETS,))
 SPEED = Panel(
     "Speed, m/s (pale and thin: of the velocity it is sent)",
     (("speed", (Line("speed", _BLUE),)), ("speed_asked", (_asked("speed", _BLUE),))),
@@ -73,6 +76,7 @@ ATTITUDE = Panel(
             ),
         ),
     ),
+    (-35.0, 35.0),  # else +-8 would have no tick but 0; autopilots keep within 30 as a rule
 )
 HEADING = Panel(
     "Heading, °",
@@ -110,12 +114,12 @@ WHEELS = Panel(
         ),
     ),
 )
-# By kind, from top to bottom; all from the fourth on are tabs of one place.
+# By kind; the first three tell where and how fast it is.
 PANELS = {
-    "quadcopter": (OFF_TARGET, SPEED, ATTITUDE, ROTORS, HEIGHT, HEADING),
-    "rover": (OFF_TARGET_FLAT, WHEELED_SPEED, WHEELS, TURN, HEADING),
+    "quadcopter": (OFF_TARGET, OFFSET, SPEED, ATTITUDE, ROTORS, HEIGHT, HEADING),
+    "rover": (OFF_TARGET, OFFSET_FLAT, WHEELED_SPEED, WHEELS, TURN, HEADING),
 }
-OTHER_PANELS = (OFF_TARGET, SPEED, ATTITUDE, HEIGHT, HEADING)
+OTHER_PANELS = (OFF_TARGET, OFFSET, SPEED, ATTITUDE, HEIGHT, HEADING)
 FEED_FORWARD = "feed_forward"  # m/s, its size: a component too, for the team's plot
 
 

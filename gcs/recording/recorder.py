@@ -1,14 +1,14 @@
 """The recorder: a process of its own that watches a run, writes `run.rrd` and serves viewers.
 
 `python -m mavherd.gcs.recording.recorder RUN_FOLDER ZENOH_ENDPOINT RUN_ID`, `--serve PORT` for
-viewers on loopback, `--no-file` for nobody else, `--apart` where robots have coordinators of their
-own. It follows the vehicles' truth logs and the event log, and listens on Zenoh, so nobody ever
-waits for it. `RUN_FOLDER/scenario.yaml` says who takes part.
+viewers on loopback, `--no-file` for nobody else. It follows the vehicles' truth logs and the event
+log, and looks at snapshots on Zenoh, so nobody ever waits for it. `RUN_FOLDER/scenario.yaml` says
+who takes part.
 
-What it says, a line each: `ready` when it listens, `serving` when viewers may come, `lost REASON`
-when no more can be recorded, `done` when all is recorded that can be. It finishes when it is told
-so, with the word `finish` or, in a hurry, any other, or when its standard input ends; until that
-ends viewers are served.
+What it says, a line each: `ready` when it listens, `serving` when viewers may come, `lost viewers:
+REASON` when none may any more, `lost REASON` when no more can be recorded, `done` when all is
+recorded that can be. It finishes when it is told so, with the word `finish` or, in a hurry, any
+other, or when its standard input ends; until that ends viewers are served.
 """
 
 import argparse
@@ -24,15 +24,15 @@ from pathlib import Path
 from ...scenarios.loader import load_scenario
 from ...transport.bus import Bus
 from ...transport.errors import MavherdError
+from ..complaint import INSTALL
 from ..report.truth import TruthTail, read_all
 from .inbox import Inbox
-from .kept import KeptFile, RecordingError, part_of
+from .kept import KeptFile, part_of
 from .scene import Scene
 from .stage import stage_of
-from .stream import Stream
+from .stream import RecordingError, Stream
 
 PERIOD_S = 0.7  # of wall time, between batches; who is killed loses less than a second
-CROWD = 30  # robots whose batches are dear
 FINISH = b"finish\n"
 SERVED_S, SERVED_CROWD_S = 0.2, 0.5  # between batches that somebody watches
 FINE, COARSE = 2, 5  # rows of the 100 Hz truth that become one in the recording
@@ -61,28 +61,31 @@ class Recorder:
     """Moves what has arrived since the last batch into the scene."""
 
     def __init__(self, folder: Path, robots: list[str], inbox: Inbox, scene: Scene) -> None:
-        every = FINE if len(robots) <= CROWD else COARSE
+        every = COARSE if scene.stage.crowded else FINE
         self._tails = [TruthTail(folder / "vehicles" / n / "truth.bin", every) for n in robots]
         self._inbox = inbox
         self._scene = scene
         self._speed = Speed()
 
-    def batch(self) -> bool:
-        """Record what is new; return whether there was any truth."""
+    def batch(self, *, everything: bool = False) -> bool:
+        """Record what is new; return whether there was any truth.
+
+        `everything`: also what waits for what belongs to it.
+        """
         tracks = read_all(self._tails)
         for track in tracks:
             self._scene.add_truth(track)
-        self._inbox.deliver(self._scene)
+        self._inbox.deliver(self._scene, everything=everything)
         if (factor := self._speed.at(time.monotonic(), self._inbox.now)) is not None:
             self._scene.add_clock(self._inbox.now, factor)
-        self._scene.flush()
+        self._scene.flush(everything=everything)
         return bool(tracks)
 
     def finish(self) -> None:
         """Record all that is left."""
         while self.batch():
             pass
-        self._scene.flush(everything=True)
+        self.batch(everything=True)
         self._inbox.close()
         for tail in self._tails:
             tail.close()
@@ -92,35 +95,59 @@ def record(args: argparse.Namespace) -> None:
     """Record the run until standard input says otherwise; serve viewers until its end."""
     folder: Path = args.folder
     scenario = load_scenario(folder / "scenario.yaml")
-    is_served = args.serve is not None
     whole = folder / "run.rrd"
     with Bus.client(args.endpoint, args.run_id) as bus:
-        inbox = Inbox(folder, bus, scenario, apart=args.apart)
+        robots = [spec.name for spec in scenario.robots]
+        inbox = Inbox(folder, bus, robots)
         _say("ready")  # Rerun takes longer to import than the others to start
         try:
             file = None if args.no_file else part_of(whole)
             stream = Stream(args.run_id, file=file, serve=args.serve)
-        except RuntimeError as error:
+        except MavherdError as error:
             raise RecordingError(f"it cannot be begun: {error}") from None
         kept = None if args.no_file else KeptFile(stream, whole)
+        show = Show(stream) if args.serve is not None else None
         scene = Scene(stream, stage_of(scenario))
-        if is_served:
-            _say("serving")
-        robots = [spec.name for spec in scenario.robots]
         recorder = Recorder(folder, robots, inbox, scene)
-        served = SERVED_S if len(robots) <= CROWD else SERVED_CROWD_S
-        while not _told(served if is_served else PERIOD_S):
+        period = SERVED_CROWD_S if scene.stage.crowded else SERVED_S
+        told = False
+        while not told and (kept or show):  # the first batch comes at once: it may be the last
             recorder.batch()
-            if kept and not _handed_over(kept, needed=not is_served):
+            if show and not show.goes_on():
+                show = None
+            if kept and not _handed_over(kept, needed=show is None):
                 kept = None
+            told = _told(period if show else PERIOD_S)
         recorder.finish()
     word = _next_word()
     if kept:
         kept.finish(in_hurry=word != FINISH)
     _say("done")
-    while is_served and word:
+    while show and word:
         word = _next_word()
     stream.close()
+
+
+class Show:
+    """What is served to viewers, as long as it is."""
+
+    def __init__(self, stream: Stream) -> None:
+        self._stream = stream
+        self._is_on = False
+
+    def goes_on(self) -> bool:
+        """Hand over what was recorded, say how it goes; return whether anybody may still come."""
+        try:
+            if self._is_on:
+                self._stream.flush_served()
+            elif self._stream.answers():
+                self._is_on = True
+                _say("serving")
+        except RecordingError as error:
+            _say(f"lost viewers: {error}")
+            self._stream.end_served()
+            return False
+        return True
 
 
 def _handed_over(kept: KeptFile, *, needed: bool) -> bool:
@@ -161,7 +188,6 @@ def main(argv: list[str]) -> int:
     parser.add_argument("run_id")
     parser.add_argument("--serve", type=int, metavar="PORT")
     parser.add_argument("--no-file", action="store_true")
-    parser.add_argument("--apart", action="store_true")
     try:
         record(parser.parse_args(argv))
     except (MavherdError, OSError) as error:
@@ -171,8 +197,8 @@ def main(argv: list[str]) -> int:
     except ModuleNotFoundError as error:
         if error.name != "rerun":
             raise
-        hint = "pip install 'mavherd[view]'"
-        print(f"mavherd recorder: rerun is not installed, so no run.rrd: {hint}", file=sys.stderr)
+        lack = f"rerun is not installed, so no run.rrd: {INSTALL}"
+        print(f"mavherd recorder: {lack}", file=sys.stderr)
         return 2
     return 0
 

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...transport.errors import MavherdError
+from ..complaint import INSTALL
 from ..flown.flown import open_flown
 from ..flown.folder import is_run
-from .viewers import INSTALL, rerun_binary
+from .contents import has_begun
+from .viewers import rerun_binary
 
 _MAGIC = b"RRF"  # of every version
 _COMPARISON = "compare.rrd"
@@ -46,7 +48,10 @@ def find_recording(path: Path) -> Recording:
 
 
 def lay_out(recordings: Sequence[Recording], folder: Path) -> list[Path]:
-    """Return the files for a viewer, in `folder`; it takes none that breaks off."""
+    """Return the files for a viewer, in `folder`; it takes none that breaks off.
+
+    Raises ReplayError when nothing was recorded.
+    """
     names = [recording.name for recording in recordings]
     files = []
     for at, recording in enumerate(recordings):
@@ -56,6 +61,8 @@ def lay_out(recordings: Sequence[Recording], folder: Path) -> list[Path]:
             mend(recording, file)
         else:
             file.symlink_to(recording.path.absolute())
+        if (recording.run or recording.path.suffix == ".part") and not has_begun(file):
+            raise ReplayError(f"{recording.path}: nothing was recorded yet{_cure(recording.run)}")
         files.append(file)
     return files
 
@@ -100,12 +107,16 @@ def _of_run(folder: Path) -> Recording:
     if flown.goes_on():
         note = f"{folder}: the run goes on; this is what is recorded so far"
     else:
-        note = _end_of(path)
+        told = flown.damaged and f"{folder}: {flown.damaged}"
+        note = "; ".join(filter(None, (_end_of(path), told)))
     return _checked(Recording(path, folder, note))
 
 
 def _cure(run: Path | None) -> str:
-    return f" (`mavherd convert {run}` makes one of its logs)" if run else ""
+    if run is None:
+        return ""
+    force = " --force" if (run / "run.rrd").exists() else ""
+    return f" (`mavherd convert {run}{force}` makes one of its logs)"
 
 
 def _end_of(path: Path) -> str:

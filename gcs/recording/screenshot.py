@@ -6,11 +6,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from .contents import ids_of
+from .served import prepare, proxy_url
 from .stream import TIMELINE
-from .viewers import Viewer, ViewerError, proxy_url
+from .viewers import Viewer, ViewerError, Viewing
 
 if TYPE_CHECKING:
-    from rerun.experimental import ViewerClient
+    from rerun.experimental import Recording, ViewerClient
 
 _UP_S = 30.0  # for a viewer to come up, and to load what it shall show
 _STILL_S = 60.0  # for a picture that changes no more
@@ -25,26 +27,29 @@ class Size(NamedTuple):
     height: int
 
 
-def take(
-    sources: Sequence[Path | str], picture: Path, size: Size, at: float | None, port: int, log: Path
-) -> None:
+def take(sources: Sequence[Path], picture: Path, size: Size, at: float | None, log: Path) -> None:
     """Write a PNG of `sources` at fleet time `at`, which is the end unless given.
 
-    The viewer is reached at `port`, one that is free. Raises ViewerError when it does not come up.
+    Raises ViewerError when the viewer does not come up, or shows something else.
     """
-    window = f"{size.width}x{size.height}"
-    options = ["--headless", "--window-size", window, "--hide-welcome-screen", "--port", port]
-    viewer = Viewer("viewer", [*options, *sources], log, leash=True, environment=_QUIET)
+    wanted = {name for file in sources if file.suffix == ".rrd" for name in ids_of(file)}
+    ports = prepare(Viewing(view_port=0))
+    window = f"{size.width}x{size.height}", "--hide-welcome-screen", "--port", ports.data
+    options = ["--headless", "--window-size", *window, *sources]
+    viewer = Viewer("viewer", options, log, leash=True, environment=_QUIET)
     try:
-        client = _connect(viewer, port)
-        _wait_loaded(client, viewer)
+        client = _connect(viewer, ports.data)
+        _wait_loaded(client, viewer, wanted)
         end = max(_ends(client), default=0.0)
         client.set_time(TIMELINE, duration=end if at is None else at, play_state="paused")
-        picture.write_bytes(_still(client))
+        part = picture.with_name(f"{picture.name}.part")
+        part.write_bytes(_still(client))
+        part.replace(picture)
     except RuntimeError as error:  # the viewer's own
         raise ViewerError(viewer.death() or f"the viewer failed: {error}") from None
     finally:
         viewer.end()
+        ports.release()
 
 
 def _connect(viewer: Viewer, port: int) -> "ViewerClient":
@@ -56,24 +61,35 @@ def _connect(viewer: Viewer, port: int) -> "ViewerClient":
             client = ViewerClient.connect(proxy_url(port))
             client.get_state()
             return client
-        if death := viewer.death():
-            raise ViewerError(death)
+        if viewer.ended:
+            raise ViewerError(viewer.death() or "the viewer was closed")
         if time.monotonic() > deadline:
             raise ViewerError(f"the viewer did not come up in {_UP_S:.0f} s")
         time.sleep(_LOOK_S)
 
 
-def _wait_loaded(client: "ViewerClient", viewer: Viewer) -> None:
+def _wait_loaded(client: "ViewerClient", viewer: Viewer, wanted: set[str]) -> None:
+    """Wait until all that is wanted, and nothing else, is shown."""
     deadline = time.monotonic() + _UP_S
     while True:
         state = client.get_state()
-        if state.recordings and state.views and not state.loading:
+        shown = {_id(recording) for recording in state.recordings}
+        if shown == wanted and state.views and not state.loading:
             return
-        if death := viewer.death():
-            raise ViewerError(death)
+        if strange := ", ".join(sorted(shown - wanted)):
+            raise ViewerError(f"the viewer shows {strange}, which is not asked for")
+        if viewer.ended:
+            raise ViewerError(viewer.death() or "the viewer was closed")
         if time.monotonic() > deadline:
-            raise ViewerError(f"the viewer did not show anything in {_UP_S:.0f} s")
+            raise ViewerError(
+                f"the viewer did not show {', '.join(sorted(wanted))} in {_UP_S:.0f} s"
+            )
         time.sleep(_LOOK_S)
+
+
+def _id(recording: "Recording") -> str:
+    _, _, name = recording.store_id.split(":", 2)  # what, of which application
+    return name
 
 
 def _ends(client: "ViewerClient") -> list[float]:

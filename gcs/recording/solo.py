@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ...transport.frames import Triple
 from ...transport.wire import Target, VehicleState
 from ..report.truth import Floats, Track
+from .colours import CLEARANCE, CLEARANCE_POINTS, FEED_FORWARD, STALE, VELOCITY, tint
 from .nearness import NEAR_M
-from .palette import CLEARANCE, CLEARANCE_POINTS, FEED_FORWARD, STALE, VELOCITY, tint
 from .shapes import mesh3d, radius_of, ring, shape_of
 from .spin import Spin
 from .stage import StagedRobot
@@ -27,7 +27,7 @@ _STILL_M = 0.02  # less than this is no new piece of trail
 class Solo:
     """Writes what moves of one robot; batches of truth follow one another.
 
-    Its name stands over it, some times `lift` (m) up.
+    Its name stands `lift` m over it, and for a view from above `flag` m to its north.
     """
 
     def __init__(
@@ -37,6 +37,7 @@ class Solo:
         colour: tuple[int, int, int],
         stale_s: float,
         lift: float,
+        flag: float,
     ) -> None:
         import rerun as rr
 
@@ -57,7 +58,7 @@ class Solo:
         self._kind = robot.kind
         self._colour = colour
         self._put: set[str] = set()
-        self._log_static(robot, lift)
+        self._log_static(robot, lift, flag)
 
     def add_truth(self, track: Track) -> None:
         """Record the rows of `track`."""
@@ -188,21 +189,20 @@ class Solo:
             time = np.array([when for when, _ in pushes])
             self._send("arrows/feed_forward", time, columns)
 
-    def _log_static(self, robot: StagedRobot, lift: float) -> None:
+    def _log_static(self, robot: StagedRobot, lift: float, flag: float) -> None:
         """Record what there is of a robot from the beginning: its shape, name and axes."""
         rr, name, shape, put = self._rr, self._name, self._shape, self._stream.static
         here, body = f"world/robots/{name}", f"world/robots/{name}/body"
         put(body, mesh3d(shape.body))
         if shape.spinner is not None:
             put(f"{body}/{self._spin.entity}", mesh3d(shape.spinner))
-        paint, top = tint(self._colour), shape.top
-        up = top + lift * (1.5 + robot.system_id % 3)  # apart from neighbours' names
-        label = rr.Points3D(
-            [[0, 0, up]], radii=0.001, colors=[paint], labels=[name], show_labels=True
-        )
-        line = [[(0, 0, top + 0.05), (0, 0, up)]]
-        pole = rr.LineStrips3D(line, colors=[(*paint, 70)], radii=rr.Radius.ui_points(0.7))
-        put(f"{here}/label", label, pole)
+        paint, up = tint(self._colour), shape.top
+        level, thin = rr.CoordinateFrame(f"tf#/{here}"), rr.Radius.ui_points(0.7)
+        names = ("labels", [0, 0, up + lift]), ("flags", [0, flag, up])
+        for what, head in names:
+            pole = rr.LineStrips3D([[[0, 0, up], head]], colors=[(*paint, 70)], radii=thin)
+            text = rr.Points3D([head], radii=0.001, colors=[paint], labels=[name], show_labels=True)
+            put(f"world/{what}/{name}", level, text, pole)
         put(f"world/axes/{name}", rr.CoordinateFrame(f"tf#/{body}"), rr.TransformAxes3D(_AXES_M))
 
     def _put_once(self, thing: str) -> None:

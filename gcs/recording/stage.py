@@ -12,9 +12,10 @@ from ...scenarios.paths import end_point, reference, takeoff_up
 from ...scenarios.route import corners, place
 from ...scenarios.schema import Circle, Fence, Goto, Hold, Rectangle, RobotSpec, Scenario, Team
 from ...transport.frames import Origin, Triple
+from ...transport.wire import CROWD
 
 FEW = 12  # robots whose lines can be told apart in one plot
-MANY = 30  # robots; more are a crowd
+MANY = CROWD  # robots
 WAY_POINTS = 200  # at most, of a planned way
 _CIRCLE_LEGS = 96
 

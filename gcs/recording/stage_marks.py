@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...scenarios.schema import Fence
 from ...transport.frames import Triple
-from .palette import FENCE, PLAN, Rgb
+from .colours import FENCE, PLAN, Rgb
 from .shapes import bottom_of
 from .stage import StagedRobot
 from .stream import Stream
@@ -30,13 +30,13 @@ def mark_robots(stream: Stream, entity: str, robots: Sequence[tuple[StagedRobot,
         ways += dashes(robot.path)
         if robot.target is not None and robot.target != robot.start:
             goals += _cross(robot.target)
-            goal_paints += [colour, colour]
+            goal_paints += [(*colour, 255 if len(robots) == 1 else 90)] * 2
     count = len(robots)
     pad = rr.Cylinders3D(
         lengths=[0.01] * count,
         radii=[_PAD_M] * count,
         centers=pads,
-        colors=[(*colour, 110 if count == 1 else 60) for _, colour in robots],
+        colors=[(*colour, 110 if count == 1 else 35) for _, colour in robots],
         fill_mode="solid",
     )
     stream.static(f"world/pads/{entity}", pad)
@@ -44,7 +44,7 @@ def mark_robots(stream: Stream, entity: str, robots: Sequence[tuple[StagedRobot,
         thin = rr.Radius.ui_points(1)
         stream.static(f"world/paths/{entity}", rr.LineStrips3D(ways, colors=[PLAN], radii=thin))
     if goals:
-        thick = rr.Radius.ui_points(2 if count == 1 else 1)
+        thick = rr.Radius.ui_points(2 if count == 1 else 0.6)
         crosses = rr.LineStrips3D(goals, colors=goal_paints, radii=thick)
         stream.static(f"world/goals/{entity}", crosses)
 

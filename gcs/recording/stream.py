@@ -4,24 +4,39 @@ Nothing here waits for a viewer. The server listens on loopback, keeps what view
 must have, and forgets the oldest beyond a limit.
 """
 
+import re
+import shutil
+import socket
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...transport.errors import MavherdError
 from ..report.truth import Floats
+from .viewers import LOOPBACK
 
 APPLICATION = "mavherd"
 TIMELINE = "sim_time"
 SERVER_MEMORY = "512MiB"
 _PATIENCE_S = 30  # for the rest to be written
+_FULL_BYTES = 1 << 20  # less room than that is none
+_ENDED = "shut down"  # says Rerun of a thread that writes, or serves, no more
+
+
+class RecordingError(MavherdError):
+    """A recording that cannot go on."""
+
+    exit_code = 3
 
 
 class Stream:
     """Writes one recording over the timeline `sim_time`; Rerun is imported when it is made.
 
     `file` is where it is written, `serve` the port on loopback at which viewers get it, `start` the
-    moment (Unix time, s) that is zero on the timeline.
+    moment (Unix time, s) that is zero on the timeline. Raises MavherdError when the file cannot be
+    begun; whether viewers are served, `flush_served` tells.
     """
 
     def __init__(
@@ -38,11 +53,13 @@ class Stream:
             raise ValueError("a stream must go somewhere: give file, serve or both")
         self._rr = rr
         # One for each, for a file has its end only when its stream has: viewers may stay longer.
-        self._file = self._open(run_id, rr.FileSink(file), start) if file else None
+        self._path = file or Path()
+        self._file = self._begin(run_id, file, start) if file else None
         self._served = None
+        self._port = serve
         if serve is not None:
             limit = SERVER_MEMORY
-            server = rr.GrpcServerSink(bind_ip="127.0.0.1", port=serve, server_memory_limit=limit)
+            server = rr.GrpcServerSink(bind_ip=LOOPBACK, port=serve, server_memory_limit=limit)
             self._served = self._open(run_id, server, start)
 
     def blueprint(self, layout: Any) -> None:
@@ -80,25 +97,71 @@ class Stream:
         for rec in self._recs():
             rec.send_recording_name(title)
 
-    def flush(self, patience_s: float = 1.0) -> None:
-        """Hand what was recorded to the file and the viewers."""
-        for rec in self._recs():
-            rec.flush(timeout_sec=patience_s)
+    def flush_file(self, patience_s: float = 1.0) -> None:
+        """Hand what was recorded to the file; raise RecordingError when it takes no more."""
+        if self._file is not None:
+            try:
+                self._file.flush(timeout_sec=patience_s)
+            except RuntimeError as error:
+                if _ENDED in str(error):
+                    raise self._lost() from None
 
-    def end_file(self) -> None:
-        """Write the rest of the file and its end; viewers are served on."""
+    def flush_served(self, patience_s: float = 1.0) -> None:
+        """Hand what was recorded to the viewers; raise RecordingError when none can be served."""
+        if self._served is not None:
+            try:
+                self._served.flush(timeout_sec=patience_s)
+            except RuntimeError as error:
+                if _ENDED in str(error):
+                    raise RecordingError(f"port {self._port} cannot be served") from None
+
+    def answers(self) -> bool:
+        """Return whether viewers may come; raise RecordingError when none ever may."""
+        self.flush_served()  # first: whoever else has the port would answer, too
+        with suppress(OSError), socket.create_connection((LOOPBACK, self._port or 0), 1.0):
+            return True
+        return False
+
+    def end_file(self, patience_s: float = _PATIENCE_S) -> None:
+        """Write the rest of the file and its end; viewers are served on.
+
+        Raises RecordingError when that cannot be written.
+        """
         file, self._file = self._file, None
         if file is not None:
-            _end(file)
+            try:
+                _end(file, patience_s)
+            except RuntimeError:
+                raise self._lost() from None
+
+    def end_served(self) -> None:
+        """Let no viewer come any more; they keep what they have."""
+        served, self._served = self._served, None
+        if served is not None:
+            with suppress(RuntimeError):  # they got what they got
+                _end(served, _PATIENCE_S)
 
     def close(self) -> None:
-        """End the recording; viewers keep what they have."""
+        """End the recording; raises RecordingError when the file has not got all of it."""
         try:
             self.end_file()
         finally:
-            served, self._served = self._served, None
-            if served is not None:
-                _end(served)
+            self.end_served()
+
+    def _begin(self, run_id: str, file: Path, start: float | None) -> Any:
+        try:
+            return self._open(run_id, self._rr.FileSink(file), start)
+        except RuntimeError as error:
+            with suppress(OSError):
+                if file.is_file() and not file.stat().st_size:
+                    file.unlink()
+            raise MavherdError(f"{file}: cannot be written: {_cause(error)}") from None
+
+    def _lost(self) -> RecordingError:
+        """Return what is said of a file that takes no more."""
+        if shutil.disk_usage(self._path.parent).free < _FULL_BYTES:
+            return RecordingError(f"{self._path}: the disk is full")
+        return RecordingError(f"{self._path}: cannot be written any more")
 
     def _open(self, run_id: str, sink: Any, start: float | None) -> Any:
         rec = self._rr.RecordingStream(APPLICATION, recording_id=run_id)
@@ -113,11 +176,17 @@ class Stream:
         return [rec for rec in (self._file, self._served) if rec is not None]
 
 
-def _end(rec: Any) -> None:
+def _end(rec: Any, patience_s: float) -> None:
     try:
-        rec.flush(timeout_sec=_PATIENCE_S)
+        rec.flush(timeout_sec=patience_s)
     finally:
         rec.disconnect()
+
+
+def _cause(error: RuntimeError) -> str:
+    """Return what the system says, of all that Rerun says."""
+    known = re.search(r"([^:]+) \(os error \d+\)", str(error))
+    return known[1].strip() if known else str(error)
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -14,19 +14,15 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from urllib.parse import quote
 
-from ...transport.errors import LinkError, MavherdError
-from ...transport.links import listen_tcp
+from ...transport.errors import MavherdError
+from ..complaint import INSTALL
 from ..run.children import how_it_ended
 
-INSTALL = "pip install 'mavherd[view]'"
 OTHER_BINARY = "MAVHERD_RERUN"
 """Names, in the environment, another viewer than the one that comes with the extra `view`."""
 
-_LOOPBACK = "127.0.0.1"
-_DATA_PORT, _PAGE_PORT = 9876, 9090  # Rerun's own
-_TRIES = 100  # of ports, from there on
+LOOPBACK = "127.0.0.1"
 _DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"
 _END_S = 2.0  # for a viewer to end before it is killed
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
@@ -60,35 +56,11 @@ class Viewing:
         return self.native or self.web
 
 
-@dataclass(frozen=True, slots=True)
-class Ports:
-    """The ports of one recording that is served."""
-
-    data: int
-    page: int
-
-    @property
-    def source(self) -> str:
-        """Where a viewer gets the data."""
-        return proxy_url(self.data)
-
-    @property
-    def url(self) -> str:
-        """What to open in a browser."""
-        return f"http://{_LOOPBACK}:{self.page}/?url={quote(self.source, safe='')}"
-
-
-def prepare(viewing: Viewing) -> Ports:
-    """Return the ports to use; raise MavherdError when what is wanted cannot be had here."""
+def check_viewers(viewing: Viewing) -> None:
+    """Raise ViewerError where the viewers that are wanted cannot be had."""
     rerun_binary()
     if viewing.native:
         check_display(os.environ)
-    data = _take("--view-port", viewing.view_port, _DATA_PORT)
-    if not viewing.web:
-        return Ports(data, 0)
-    if viewing.web_port and viewing.web_port == viewing.view_port:
-        raise ViewerError(f"--web-port {viewing.web_port}: --view-port has it (give another)")
-    return Ports(data, _take("--web-port", viewing.web_port, _PAGE_PORT, data))
 
 
 def rerun_binary() -> Path:
@@ -114,11 +86,6 @@ def check_display(environment: Mapping[str, str]) -> None:
     )
 
 
-def proxy_url(port: int) -> str:
-    """Return where a viewer gets what is served at a port of this machine."""
-    return f"rerun+http://{_LOOPBACK}:{port}/proxy"
-
-
 class Viewer:
     """One viewer's process, in a session of its own; what it prints goes to the end of `log`.
 
@@ -135,7 +102,7 @@ class Viewer:
         environment: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         binary = rerun_binary()
-        command = [str(binary), "--bind", _LOOPBACK, *map(str, options)]
+        command = [str(binary), "--bind", LOOPBACK, *map(str, options)]
         if leash:
             command = ["/bin/sh", "-c", _LEASH, "sh", *command]
         self.name = name
@@ -207,21 +174,8 @@ def open_window(source: str | Iterable[Path], log: Path, *, leash: bool) -> View
     return Viewer("viewer", ["--hide-welcome-screen", *served], log, leash=leash)
 
 
-def open_page(source: str | Iterable[Path], ports: Ports, log: Path) -> Viewer:
+def open_page(source: str | Iterable[Path], data_port: int, page_port: int, log: Path) -> Viewer:
     """Start the web server, which hands out the page and, of files, the data."""
-    served = [source] if isinstance(source, str) else ["--port", ports.data, *source]
-    options = ["--web-viewer-port", ports.page, "--serve-web", *served]
+    served = [source] if isinstance(source, str) else ["--port", data_port, *source]
+    options = ["--web-viewer-port", page_port, "--serve-web", *served]
     return Viewer("web server", options, log, leash=True)
-
-
-def _take(option: str, wanted: int | None, standard: int, *taken: int) -> int:
-    """Return the port that was asked for, or the first free one."""
-    ports = [wanted] if wanted else range(standard, standard + _TRIES)
-    for port in ports:
-        with suppress(LinkError):
-            if port not in taken:
-                listen_tcp(_LOOPBACK, port).close()
-                return port
-    if wanted:
-        raise ViewerError(f"{option} {wanted}: the port is taken (give another, or 0 for any)")
-    raise ViewerError(f"no port is free, {ports[0]}..{ports[-1]} (give one with {option})")

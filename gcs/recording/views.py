@@ -1,43 +1,50 @@
 """The views in space: the world, the world from above, the map."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...transport.frames import Triple
-from .palette import GRID, GROUND
-from .stage import Stage, StagedRobot
+from .colours import GRID, GROUND
+from .stage import FEW, Stage, StagedRobot
 
 TRAIL_S = 20.0
 CROWD_TRAIL_S = 4.0
 _LEAST_M = 4.0  # around each place, that is in sight too
 _OVER_M = 1.0  # above each place
-_SIDE = np.array([0.25, -0.86, 0.62])  # the direction of the eye where nothing says better
-_HEIGHT = 0.7  # of the eye's direction, over its length in the plane
-_LONG = 2.0  # times as long as wide, and the eye looks from the broad side
-_SLANT = 0.2  # of the distance aside: so far towards one end, from where robots look larger
-_UP = 0.46  # tangent of half the field of view: most of the picture
-_WIDE, _NARROW = 2.0, 1.4  # the shape of the view, with and without many timelines below
-_SEVERAL = 5  # robots, whose timelines make it wide
+_SLOPE = 0.85  # of the eye's direction, up over level
+_SOUTHERLY = np.radians([-20, -5, 10, 25, 40, 55, -35, -50])  # where the eye may stand, from south
+_HALF_FIELD = 0.5206  # tangent of half the viewer's field of view, upright
+_FILL = 0.93  # of the picture: the rest is for names and the frame
 _COARSE_M = 40.0  # across: the grid's lines are further apart then
 _FAR_M = 2000.0
+_ROUNDS = 8  # until the middle of the picture has settled
 _CLOSE = np.array([1.0, -1.2, 0.9])  # from a robot to the eye that follows it, m
 _UPWARD = np.array([0.0, 0.0, 1.0])
 
 Floats = NDArray[np.float64]
 
 
-def world_view(stage: Stage) -> Any:
-    """Return the view of the world from beside and above, with all of the stage in sight."""
+def world_view(stage: Stage, aspect: float) -> Any:
+    """Return the view of the world from beside and above, with all of the stage in sight.
+
+    The eye stands where robots look largest in a picture that is `aspect` as wide as high.
+    """
     places = _places(stage)
-    return _spatial("World", stage, *_stand(stage, _side_of(places), _UPWARD), _UPWARD)
+    level = [np.array([np.sin(way), -np.cos(way), _SLOPE]) for way in _SOUTHERLY]
+    stands = [_stand(places, toward, _UPWARD, aspect) for toward in level]
+    nearest = max(stands, key=lambda stand: stand.size)
+    return _spatial("World", stage, nearest.eye, nearest.target, _UPWARD, ["flags"])
 
 
-def top_view(stage: Stage) -> Any:
-    """Return the view of the world from straight above, north up."""
+def top_view(stage: Stage, aspect: float) -> Any:
+    """Return the view of the world from straight above, north up; `aspect` as of `world_view`."""
     above, north = np.array([0.0, -1e-4, 1.0]), np.array([0.0, 1.0, 0.0])
-    return _spatial("From above", stage, *_stand(stage, above, north), north)
+    stand = _stand(_places(stage), above, north, aspect)
+    hidden = ["labels"] if len(stage.robots) <= FEW else ["labels", "flags"]
+    return _spatial("From above", stage, stand.eye, stand.target, north, hidden)
 
 
 def follow_view(stage: Stage, robot: StagedRobot) -> Any:
@@ -45,7 +52,7 @@ def follow_view(stage: Stage, robot: StagedRobot) -> Any:
     middle = np.array([0.0, 0.0, 0.35 if robot.kind == "rover" else 0.0])
     frame = f"/world/robots/{robot.name}"
     eye = middle + _CLOSE * (1.0 if robot.kind == "rover" else 0.55)
-    return _spatial("Close", stage, eye, middle, _UPWARD, frame)
+    return _spatial("Close", stage, eye, middle, _UPWARD, ["flags"], frame)
 
 
 def map_view(stage: Stage) -> Any:
@@ -64,7 +71,13 @@ def reach_of(stage: Stage) -> float:
 
 
 def _spatial(
-    name: str, stage: Stage, eye: Floats, target: Floats, up: Floats, frame: str = "/world"
+    name: str,
+    stage: Stage,
+    eye: Floats,
+    target: Floats,
+    up: Floats,
+    hidden: Sequence[str],
+    frame: str = "/world",
 ) -> Any:
     import rerun.blueprint as rrb
 
@@ -72,7 +85,8 @@ def _spatial(
     shown: dict[str | Any, Any] = {f"/world/trails/{who}": trail for who in _drawn(stage)}
     shown["/world/collisions"] = _last(None)
     if stage.crowded:  # all ways at once hide the robots; the viewer can show them
-        shown["/world/paths"] = rrb.EntityBehavior(visible=False)
+        hidden = ["paths"]
+    shown |= {f"/world/{thing}": rrb.EntityBehavior(visible=False) for thing in hidden}
     return rrb.Spatial3DView(
         name=name,
         origin="/world",
@@ -123,35 +137,33 @@ def _places(stage: Stage) -> Floats:
     return corners
 
 
-def _side_of(places: Floats) -> Floats:
-    """Return the direction of the eye: slantwise along what is long, and rather from the south."""
-    level = places[:, :2] - places[:, :2].mean(axis=0)
-    sizes, axes = np.linalg.eigh(level.T @ level)
-    if sizes[1] < _LONG**2 * sizes[0]:
-        return _SIDE
-    across = axes[:, 0] * (-1 if axes[1, 0] > 0 else 1)
-    along = np.array([across[1], -across[0]])  # to the left, seen from `across`
-    east, north = across + _SLANT * along
-    return np.array([east, north, _HEIGHT * np.hypot(east, north)])
+class _Stand(NamedTuple):
+    """Where the eye stands, what it looks at, and how large the furthest looks from there."""
+
+    eye: Floats
+    target: Floats
+    size: float
 
 
-def _stand(stage: Stage, toward: Floats, up: Floats) -> tuple[Floats, Floats]:
-    """Return eye and target for a direction, so that what is known fills the middle."""
-    places, toward = _places(stage), toward / np.linalg.norm(toward)
-    field = _UP * (_WIDE if len(stage.robots) >= _SEVERAL else _NARROW), _UP
+def _stand(places: Floats, toward: Floats, up: Floats, aspect: float) -> _Stand:
+    """Return the stand in a direction, so near that all places just fit in the picture."""
+    toward = toward / np.linalg.norm(toward)
+    high_field = _HALF_FIELD * _FILL
     right = np.cross(up, toward)
     right /= np.linalg.norm(right)
     over = np.cross(toward, right)
     target = (places.min(axis=0) + places.max(axis=0)) / 2
-    far = 1.0
-    for _ in range(5):  # the nearer ones look larger, so the middle moves with the distance
+    far, size = 1.0, 0.0
+    for _ in range(_ROUNDS):  # the nearer ones look larger, so the middle moves with the distance
         seen = places - target
         nearer, across, high = seen @ toward, seen @ right, seen @ over
-        far = float((np.maximum(abs(across) / field[0], abs(high) / field[1]) + nearer).max())
+        needed = np.maximum(abs(across) / aspect, abs(high)) / high_field
+        far = float((needed + nearer).max())
         depth = far - nearer
+        size = float(1 / depth.max())
         for axis, offset in ((right, across / depth), (over, high / depth)):
             target = target + axis * (offset.min() + offset.max()) / 2 * far
-    return target + toward * min(far, _FAR_M), target
+    return _Stand(target + toward * min(far, _FAR_M), target, size)
 
 
 def _triple(v: Floats) -> Triple:

@@ -11,10 +11,10 @@ import numpy as np
 from ...transport.wire import Target, VehicleState
 from ..report.truth import Track
 from .chart import Chart
+from .colours import COLLISION
 from .crowd import Crowd
 from .grid import Aligned, Grid
 from .nearness import Contact, Near, Nearness
-from .palette import COLLISION
 from .solo import Solo
 from .stage import MANY, Stage, StagedRobot
 from .stage_marks import mark_fence, mark_robots
@@ -23,7 +23,9 @@ from .views import reach_of
 
 _NAMED_COLLISIONS = 20  # more names would hide the world
 _MARK_M = 0.3
-_LIFT = 0.02  # of names, by how far it is across the world
+_FAR_M = 50.0  # across: names are not further away in a larger world
+_LIFT, _FLAG = 0.035, 0.06  # between one name and the next, by how far it is across the world
+_NAMES = 3  # robots whose names are at different heights
 
 
 class World:
@@ -35,7 +37,7 @@ class World:
         self._rr = rr
         self._stream = stream
         self._stale_s = stage.stale_s
-        self._lift = float(np.clip(_LIFT * reach_of(stage), 0.12, 0.5))
+        self._across = min(reach_of(stage), _FAR_M)
         self._grid = Grid()
         self._nearness = Nearness()
         self._chart = Chart(stream, stage.origin)
@@ -62,7 +64,11 @@ class World:
             self._add_crowd(robot.kind, [robot], colour)
             return
         paint = rgb(colour)
-        self._solos[robot.name] = Solo(self._stream, robot, paint, self._stale_s, self._lift)
+        row, place = divmod(len(self._solos), _NAMES)
+        lift = _LIFT * self._across * (1.7 + place)
+        flag = _FLAG * self._across * (1 + place) * (1 if row % 2 else -1)
+        solo = Solo(self._stream, robot, paint, self._stale_s, lift, flag)
+        self._solos[robot.name] = solo
         mark_robots(self._stream, robot.name, [(robot, paint)])
         self._chart.add_robots(robot.name, [robot], paint)
 

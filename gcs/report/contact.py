@@ -75,12 +75,13 @@ def contact_distance(kind: str, other: str) -> float:
 def align(tracks: Sequence[Trail], start: float, end: float, rate: float = RATE_HZ) -> Aligned:
     """Return positions at multiples of 1/`rate` within the tracks' time and `start`..`end`."""
     known = [track for track in tracks if len(track)]
-    if known:
-        start = max(start, min(track.time[0] for track in known))
-        end = min(end, max(track.time[-1] for track in known))
+    if not known:
+        return Aligned(np.empty(0), np.empty((len(tracks), 3, 0)))
+    start = max(start, min(track.time[0] for track in known))
+    end = min(end, max(track.time[-1] for track in known))
     slack = 1e-6  # of a period: times are sums of steps
     first, last = int(np.ceil(start * rate - slack)), int(np.floor(end * rate + slack))
-    time = np.arange(first, last + 1 if known else first) / rate
+    time = np.arange(first, last + 1) / rate
     position = np.full((len(tracks), 3, len(time)), np.nan)
     for row, track in zip(position, tracks, strict=True):
         if not len(track):
@@ -122,7 +123,7 @@ def examine(
     """
     tracks = sorted(tracks, key=lambda track: track.system_id)
     kinds = [track.kind for track in tracks]
-    time, position = align(tracks, -np.inf if len(tracks) else 0.0, ended_at)
+    time, position = align(tracks, -np.inf, ended_at)
     begin = len(time) if ready_at is None else int(np.searchsorted(time, ready_at - 1e-6))
     pairs: list[Pair] = []
     collisions: list[Collision] = []

@@ -1,6 +1,6 @@
 """All tracks of a run from above, ground and air side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,6 +56,7 @@ def plan(
     _key(figure, paths=paths, collisions=bool(verdict.collisions), later=when.end > when.done)
     specs = {spec.name: spec for spec in starts}
     colours = robot_colours({track.name: track.kind for track in tracks})
+    there = {r.name: when.ready + r.arrival for r in verdict.robots if r.arrival is not None}
     for k, kind in enumerate(kinds):
         box = Box(left + k * (width + gap), bottom, width, height)
         mine = [t for t in tracks if t.kind == kind]
@@ -64,7 +65,7 @@ def plan(
         axes.set_ylim(low[1], high[1])
         label_axes(axes, box, "east, m", "" if k else "north, m")
         nearest = nearest_pair(verdict, f"{kind}-{kind}")
-        _draw_panel(axes, scenario, specs, mine, nearest, colours, when)
+        _draw_panel(axes, scenario, specs, mine, nearest, colours, when, there)
         _draw_collisions(axes, kind, verdict)
         _head(axes, box, kind, len(mine), nearest, when)
     return figure
@@ -116,6 +117,7 @@ def _draw_panel(
     nearest: Pair | None,
     colours: dict[str, str],
     when: Span,
+    there: Mapping[str, float],
 ) -> None:
     few = len(tracks) <= NAMED
     ways = [(t.position[:1], thinned(t, -np.inf, when.end)) for t in tracks]
@@ -126,22 +128,24 @@ def _draw_panel(
         spec = specs.get(track.name)
         if spec is not None:
             _draw_goal(axes, spec, scenario, colour, few)
-        _draw_track(axes, track, when, colour, few)
+        _draw_track(axes, track, when, colour, few, there.get(track.name, when.done))
         _draw_robot(axes, track, _moment(nearest, when), colour)
         if few or (nearest and track.name in nearest.names):
             label = _label_start(axes, track, places, metre, colour)
             places = np.concatenate([places, label])
 
 
-def _draw_track(axes: "Axes", track: Track, when: Span, colour: str, few: bool) -> None:
-    """Draw the way there with the seconds on it, and thinly the way home."""
+def _draw_track(
+    axes: "Axes", track: Track, when: Span, colour: str, few: bool, arrived: float
+) -> None:
+    """Draw the way there with the seconds on it until it `arrived`, and thinly the way home."""
     alpha = 0.95 if few else 0.45
     there, home = (thinned(track, *part) for part in ((-np.inf, when.done), (when.done, when.end)))
     line: dict[str, Any] = {"color": colour, "zorder": 3, "solid_capstyle": "round"}
     axes.plot(*there.T[:2], lw=1.6 if few else 0.9, alpha=alpha, **line)
     if len(home) > 1:
         axes.plot(*home.T[:2], lw=0.7 if few else 0.4, alpha=0.6 * alpha, **line)
-    last = min(track.time[-1], when.done)
+    last = min(track.time[-1], when.done, arrived)
     seconds = np.arange(TICK_S, last - when.ready + 1e-6, TICK_S)
     east, north = (
         np.interp(seconds + when.ready, track.time, track.position[:, axis]) for axis in (0, 1)

@@ -13,9 +13,11 @@ import numpy as np
 
 from ...scenarios.paths import path_duration
 from ...scenarios.schema import RobotSpec
+from ..new_file import new_file
 from .contact import CLASSES, Pair
 from .figure_svg import HALO, write_svg
 from .judge import Verdict
+from .page_style import COLOURS as THEMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +31,7 @@ RATE_HZ = 10  # of what is drawn
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B07A00", "#56B4E9", "#444444", "#8A6FBF")
 KIND_COLOUR = {"rover": "#D55E00", "quadcopter": "#0072B2"}
 CLASS_COLOUR = dict(zip(CLASSES, ("#D55E00", "#0072B2", "#00795A"), strict=True))
+_ON_DARK = dict(THEMES.values())
 INK, SOFT, PATH, GRID, SHADE = "#1b1f24", "#59636e", "#9aa4ae", "#e4e7eb", "#000000"
 
 
@@ -113,6 +116,11 @@ def robot_colours(kinds: Mapping[str, str]) -> dict[str, str]:
     return colours
 
 
+def on_dark(colour: str) -> str:
+    """Return how a colour is seen on dark ground: as on a page that is dark."""
+    return _ON_DARK.get(colour.lower(), colour)
+
+
 def save(path: Path, figure: "Figure") -> Path:
     """Save as PNG with a palette: a third of the size, and no difference to see.
 
@@ -126,11 +134,10 @@ def save(path: Path, figure: "Figure") -> Path:
     canvas.draw()
     pixels = Image.fromarray(np.asarray(canvas.buffer_rgba()))
     image = pixels.convert("RGB").quantize(
-        128, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+        256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
     )
-    part = path.with_name(path.name + ".part")
-    image.save(part, format="png", compress_level=6)
-    part.replace(path)
+    with new_file(path) as part:
+        image.save(part, format="png", compress_level=6)
     return path
 
 

@@ -6,6 +6,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..new_file import write_text
 from .page_style import COLOURS
 
 if TYPE_CHECKING:
@@ -30,9 +31,7 @@ def write_svg(path: Path, figure: "Figure") -> Path:
     buffer = StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem}):
         figure.savefig(buffer, format="svg", facecolor="white", metadata={"Date": None})
-    part = path.with_name(path.name + ".part")
-    part.write_text(_small(buffer.getvalue()), encoding="utf-8")
-    part.replace(path)
+    write_text(path, _small(buffer.getvalue()))
     return path
 
 

@@ -27,10 +27,12 @@ def draw(
 ) -> list[Path]:
     """Write every figure there is something for; return the PNGs. Beside each is its SVG."""
     tracks = sorted((t for t in tracks if len(t)), key=lambda t: t.system_id)
-    figures: dict[str, Callable[[], Figure | None]] = {}
-    if tracks:
-        figures["plan"] = lambda: plan(scenario, starts, tracks, verdict)
-    since_ready = min(verdict.ended_at, *(t.time[-1] for t in tracks), 1e9)
+    if not tracks:
+        return []
+    figures: dict[str, Callable[[], Figure | None]] = {
+        "plan": lambda: plan(scenario, starts, tracks, verdict)
+    }
+    since_ready = min(verdict.ended_at, *(t.time[-1] for t in tracks))
     since_ready -= verdict.ready_at or 0.0
     if since_ready > 2 / RATE_HZ and verdict.ready_at is not None:
         figures["space"] = lambda: space(scenario, starts, tracks, verdict)

@@ -29,8 +29,13 @@ class Assertion(NamedTuple):
     name: str
     expected: float
     actual: float | None
-    passed: bool
+    passed: bool | None  # None: not decided when the run was broken off
     text: str
+
+    def open_at(self, moment: str) -> "Assertion":
+        """Return the same, not decided by a run that broke off at `moment`."""
+        text = f"{self.text} by the time it broke off, {moment}"
+        return self._replace(passed=None, text=text)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,8 +61,13 @@ def judge(
     tracks: Sequence[Trail],
     ready_at: float | None,
     ended_at: float,
+    *,
+    broken_off: bool = False,
 ) -> Verdict:
-    """Return the verdict on a run of `scenario` whose robots began as `starts`."""
+    """Return the verdict on a run of `scenario` whose robots began as `starts`.
+
+    Of a run that was `broken_off` only that is decided which no later moment could have changed.
+    """
     pairs, collisions = examine(tracks, ready_at, ended_at)
     robots, standstill = results(scenario.team, starts, tracks, pairs, ready_at, ended_at)
     separations = [p.min_separation for p in pairs if p.min_separation is not None]
@@ -68,6 +78,8 @@ def judge(
         *_tracking_assertions(scenario.expect, robots),
         *_separation_assertion(scenario.expect, min(separations, default=None), ready_at),
     ]
+    if broken_off:
+        assertions = list(_still_open(assertions, robots, ready_at, ended_at))
     return Verdict(
         passed=all(a.passed for a in assertions),
         assertions=tuple(assertions),
@@ -91,6 +103,27 @@ def _classes(pairs: Sequence[Pair], collisions: Sequence[Collision]) -> Iterator
         if mine:
             nearest = min(near, key=lambda item: item[0])[1] if near else None
             yield ClassResult(label, mine[0].contact, len(mine), hits, nearest)
+
+
+def _still_open(
+    assertions: Sequence[Assertion],
+    robots: Sequence[RobotResult],
+    ready_at: float | None,
+    ended_at: float,
+) -> Iterator[Assertion]:
+    """Yield the assertions on a run that was broken off, those open that it has not decided."""
+    ran = 0.0 if ready_at is None else ended_at - ready_at
+    moment = "before all were ready" if ready_at is None else f"{ran:.1f} s after all were ready"
+    through = {f"tracking_rmse_m.{r.name}" for r in robots if r.goal == "path" and r.arrived}
+    for a in assertions:
+        match a.name:
+            case "all_arrive_within_s":
+                decided = a.actual is not None or ran > a.expected
+            case "collisions" | "min_separation_m":
+                decided = a.actual is not None and not a.passed
+            case tracking:
+                decided = tracking in through
+        yield a if decided else a.open_at(moment)
 
 
 def _collision_assertion(expect: Expect, collisions: int) -> Iterator[Assertion]:

@@ -62,7 +62,9 @@ def junit(report: Mapping[str, Any]) -> str:
         suite.blame(case, "error", f"exit code {code}", report["error"] or f"exit code {code}")
     for each in report["assertions"]:
         case = suite.add_case(each["name"])
-        if not each["passed"]:
+        if each["passed"] is None:
+            suite.skip(case, each["text"])
+        elif not each["passed"]:
             limits = (f"{key} {'nothing' if each[key] is None else each[key]}" for key in _LIMITS)
             suite.blame(case, "failure", "assertion", each["text"], *limits)
     return suite.text(out=f"run {report['run_id']}", err=report["missing"])
@@ -81,7 +83,7 @@ class _Suite:
     def __init__(self, name: str, wall_s: float, started_at: str | None) -> None:
         moment = datetime.fromisoformat(started_at) if started_at else datetime.now(UTC)
         self._name = f"mavherd.{name}"
-        self._counts = {"tests": 0, "failures": 0, "errors": 0}
+        self._counts = {"tests": 0, "failures": 0, "errors": 0, "skipped": 0}
         self._time = f"{wall_s:.3f}"
         self._element = Element(
             "testsuite",
@@ -108,12 +110,18 @@ class _Suite:
         fault = SubElement(case, kind, type=reason, message=_clean(text))
         fault.text = _clean("\n".join([text, *more]))
 
+    def skip(self, case: Element, text: str) -> None:
+        """Say that a case was not decided."""
+        self._counts["skipped"] += 1
+        SubElement(case, "skipped", message=_clean(text))
+
     def text(self, *, out: str, err: list[str]) -> str:
         """Return the whole document."""
         SubElement(self._element, "system-out").text = _clean(out)
         SubElement(self._element, "system-err").text = _clean("\n".join(err))
         counts = {key: str(number) for key, number in self._counts.items()}
-        self._element.attrib |= {**counts, "skipped": "0"}
+        skipped = {"skipped": counts.pop("skipped")}  # foreseen in a suite only
+        self._element.attrib |= counts | skipped
         root = Element("testsuites", {"name": "mavherd", "time": self._time, **counts})
         root.append(self._element)
         indent(root)

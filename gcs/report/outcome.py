@@ -13,6 +13,7 @@ from ... import __version__
 from ...scenarios.schema import RobotSpec, Scenario
 from ...transport.tlog import digest
 from ..compiled import state
+from ..complaint import INSTALL
 from ..flown.flown import lacking_logs
 from ..flown.folder import whole_or_part
 from .costs import NOTHING, Costs
@@ -37,6 +38,7 @@ class Ending:
     ticks: int = 0
     late_ticks: int = 0
     outside_clients: int = 0
+    script: bool | None = False  # whether one steered; None: not known
     missing: tuple[str, ...] = ()  # from the run folder, a line for each thing
     started_at: float | None = None  # s, UTC
     costs: Costs = NOTHING
@@ -50,6 +52,11 @@ class Outcome:
     folder: Path
     report: dict[str, Any]
     notes: list[str]  # for the user: what is missing and what to install
+
+
+def broken_off(error: str | None, exit_code: int) -> bool:
+    """Return whether a run did not end by itself: what it had not decided stays open."""
+    return error is not None and exit_code != TIMED_OUT
 
 
 def timed_out(scenario: Scenario) -> str:
@@ -84,7 +91,7 @@ def conclude(
         for spec in sorted(starts, key=lambda spec: spec.system_id)
     ]
     whole = all(log.exists() for log in tlogs)
-    traffic = _traffic(folder, starts)
+    traffic = traffic_of(folder, starts)
     step("judging")
     report, verdict = assess(
         scenario,
@@ -105,7 +112,7 @@ def conclude(
         folder, report, scenario, starts, tracks, verdict, figures=figures, step=step
     )
     if record and find_spec("rerun") is None:
-        notes.append("rerun-sdk is missing, so no recording (pip install 'mavherd[view]')")
+        notes.append(f"rerun-sdk is missing, so no recording ({INSTALL})")
     return Outcome(report["exit_code"], folder, report, notes)
 
 
@@ -127,7 +134,8 @@ def assess(
     from .judge import judge
     from .report import RunFacts, build_report
 
-    verdict = judge(scenario, starts, tracks, ending.ready_at, ending.now)
+    cut_short = broken_off(ending.error, ending.exit_code)
+    verdict = judge(scenario, starts, tracks, ending.ready_at, ending.now, broken_off=cut_short)
     exit_code = ending.exit_code
     if exit_code == PASSED and not verdict.passed:
         exit_code = FAILED
@@ -142,6 +150,7 @@ def assess(
         real_time_factor=ending.now / ending.wall_s if ending.wall_s else 0.0,
         digest=digest,
         outside_clients=ending.outside_clients,
+        script=ending.script,
         missing=ending.missing,
         started_at=_utc(ending.started_at),
         in_process=in_process,
@@ -176,7 +185,7 @@ def _tracks(folder: Path, starts: tuple[RobotSpec, ...]) -> "list[Track]":
     return tracks
 
 
-def _traffic(folder: Path, starts: tuple[RobotSpec, ...]) -> "dict[str, Traffic]":
+def traffic_of(folder: Path, starts: tuple[RobotSpec, ...]) -> "dict[str, Traffic]":
     """Return what went over the link of every vehicle that has a log."""
     from .traffic import read_traffic
 

@@ -2,17 +2,17 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from .outcome import FAILED, PASSED, TIMED_OUT, broken_off
 from .page_figures import figure
 from .page_parts import NONE, Tile, number, size, tiles, unit
 from .page_robots import links, robots
 from .page_separation import collisions, separations, smallest
 from .page_style import document
 
-_FIGURES = {
+FIGURES = {
     "plan": (
         "All tracks from above",
         "Tracks from above, a dot every five seconds, robots drawn to size with the circle in "
@@ -41,6 +41,11 @@ _FIGURES = {
         "Distance left to the target, or from the place asked for at that moment.",
     ),
 }
+_MARKS = {
+    True: ("good", "✓ pass"),
+    False: ("bad", "✕ FAIL"),
+    None: ("soft", f"{NONE} open"),  # not decided
+}
 _NAV = {
     "numbers": "Numbers",
     "separation": "Separation",
@@ -53,8 +58,11 @@ _NAV = {
 }
 
 
-def page(report: Mapping[str, Any], pictures: Sequence[Path]) -> str:
-    """Return the whole page; the pictures (PNGs, with an SVG beside each) are inside it."""
+def page(report: Mapping[str, Any], pictures: Sequence[Path], about: str = "") -> str:
+    """Return the whole page; the pictures (PNGs, with an SVG beside each) are inside it.
+
+    `about` is what a reader should know of the pictures: why there are none, how old they are.
+    """
     r = report
     body = [
         *_numbers(r),
@@ -63,7 +71,7 @@ def page(report: Mapping[str, Any], pictures: Sequence[Path]) -> str:
         *robots(r),
         *links(r),
         *_timing(r),
-        *_figures(pictures),
+        *_figures(pictures, about),
         *_again(r),
     ]
     there = "\n".join(line for line in body if line.startswith("<h2"))
@@ -72,7 +80,7 @@ def page(report: Mapping[str, Any], pictures: Sequence[Path]) -> str:
         for key, text in _NAV.items()
         if f'id="{key}"' in there
     )
-    title = f"{r['scenario']}: {'passed' if r['passed'] else 'failed'}"
+    title = f"{r['scenario']}: {_word(r)[1][2:].lower()}"
     return document(
         title,
         [
@@ -87,7 +95,7 @@ def page(report: Mapping[str, Any], pictures: Sequence[Path]) -> str:
 
 
 def _verdict(r: Mapping[str, Any]) -> Iterator[str]:
-    tone, word = ("good", "✓ Passed") if r["passed"] else ("bad", "✕ Failed")
+    tone, word = _word(r)
     yield f'<header><p class="verdict {tone}">{word}</p>'
     yield f"<h1>{escape(r['scenario'])}</h1>"
     if r["description"]:
@@ -100,11 +108,20 @@ def _verdict(r: Mapping[str, Any]) -> Iterator[str]:
     yield from _reservations(r)
     yield '<ul class="checks">'
     for a in r["assertions"]:
-        tone, word = ("good", "✓ pass") if a["passed"] else ("bad", "✕ FAIL")
+        tone, word = _MARKS[a["passed"]]
         yield f'<li><b class="{tone}">{word}</b><span>{escape(a["text"])}</span></li>'
     if not r["assertions"]:
         yield '<li class="soft">The scenario asserts nothing (no <code>expect</code>).</li>'
     yield "</ul></header>"
+
+
+def _word(r: Mapping[str, Any]) -> tuple[str, str]:
+    """Return the verdict in a word, with its tone."""
+    if r["passed"]:
+        return "good", "✓ Passed"
+    undecided = all(a["passed"] is not False for a in r["assertions"])
+    broke = undecided and broken_off(r["error"], r["exit_code"])
+    return "bad", "✕ Broken off" if broke else "✕ Failed"
 
 
 def _reservations(r: Mapping[str, Any]) -> Iterator[str]:
@@ -136,7 +153,7 @@ def _numbers(r: Mapping[str, Any]) -> Iterator[str]:
     late = escape(fleet.get("last_arrival_robot") or "")
     stuck = f"all at once {unit(fleet.get('deadlock_all_s'), 1, 's')}"
     measured = (
-        Tile("Way ratio, mean", number(fleet.get("path_ratio_mean"), 3)),
+        Tile("Path-length ratio, mean", number(fleet.get("path_ratio_mean"), 3)),
         Tile("Worst tracking RMSE", unit(fleet.get("tracking_rmse_max_m"), 3, "m")),
         Tile("Control effort", unit(fleet.get("control_effort_m2_s3"), 1, "m²/s³"), "all robots"),
         Tile("Deadlock", unit(fleet.get("deadlock_any_s"), 1, "s"), stuck),
@@ -160,14 +177,16 @@ def _timing(r: Mapping[str, Any]) -> Iterator[str]:
     shares = ("launcher", "vehicles", "coordinators", "recorder")
     known = [f"{s} {cpu[f'{s}_s']:.1f}" for s in shares if cpu.get(f"{s}_s") is not None]
     mode = "lockstep" if r["lockstep"] else "free-running"
-    speed = "as fast as it goes" if r["speed"] is None else f"at {r['speed']:g} x"
-    late = f"{r['late_ticks']} of {r['ticks']}"
+    pace = "as fast as it goes" if r["speed"] is None else f"at {r['speed']:g} x"
+    known_pace = f", {pace}" if r["wall_s"] is not None else ""
     rate, gap = fleet.get("setpoint_rate_min_hz"), unit(fleet.get("setpoint_longest_gap_s"), 3, "s")
     digest = r["digest"] or "none (the run did not finish, or was not in lockstep)"
-    factor = number(r["real_time_factor"], 1) + "&times;"
+    late = (
+        NONE if r["late_ticks"] is None or not r["ticks"] else f"{r['late_ticks']} of {r['ticks']}"
+    )
     measured = (
         Tile("Wall clock", unit(r["wall_s"], 1, "s")),
-        Tile("Late ticks", late if r["ticks"] else NONE),
+        Tile("Late ticks", late),
         Tile("CPU", unit(cpu.get("total_s"), 1, "s"), ", ".join(known)),
         Tile("Slowest setpoints", unit(rate, 2, "Hz"), f"longest gap {gap}"),
         Tile("Lost frames", number(fleet.get("lost_frames"), 0)),
@@ -177,40 +196,48 @@ def _timing(r: Mapping[str, Any]) -> Iterator[str]:
     yield '<h2 id="timing">Timing and repeatability</h2>'
     yield from tiles(
         (
-            Tile("Real-time factor", factor, f"{mode}, {speed}"),
+            Tile("Real-time factor", unit(r["real_time_factor"], 1, "x"), mode + known_pace),
             *(tile for tile in measured if tile.value != NONE),
         )
     )
     yield f'<p class="soft">Digest <code>{escape(digest)}</code></p>'
 
 
-def _figures(pictures: Sequence[Path]) -> Iterator[str]:
-    if pictures:
+def _figures(pictures: Sequence[Path], about: str) -> Iterator[str]:
+    if pictures or about:
         yield '<h2 id="figures">Figures</h2>'
-        yield '<p class="soft">Also as PNG and SVG in <code>figures/</code>.</p>'
-    elif find_spec("matplotlib") is None:
-        yield '<h2 id="figures">Figures</h2>'
-        yield "<p>None, since matplotlib is missing: <code>pip install 'mavherd[view]'</code>, "
-        yield "then <code>mavherd report</code> with this folder.</p>"
+        files = " Also as PNG and SVG in <code>figures/</code>." if pictures else ""
+        yield f'<p class="soft">{escape(about, quote=False)}{files}</p>'
     for picture in pictures:
-        yield from figure(picture, *_FIGURES.get(picture.stem, (picture.stem, picture.stem)))
+        yield from figure(picture, *FIGURES.get(picture.stem, (picture.stem, picture.stem)))
 
 
 def _again(r: Mapping[str, Any]) -> Iterator[str]:
     mode = "" if r["lockstep"] else " --free-run"
     mode += " --in-process" if r.get("in_process") else ""
-    lines = [f"mavherd run scenario.yaml --seed {r['seed']}{mode}"]
+    script = r.get("script")
+    lines = [] if script else [f"mavherd run scenario.yaml --seed {r['seed']}{mode}"]
     lines += [] if r.get("in_process") else ["mavherd view ."]
     lines += ["mavherd digest ."] if r["digest"] else []
     lines += ["mavherd diff . ANOTHER_RUN", "mavherd compare . ANOTHER_RUN"]
     yield '<h2 id="again">Run it again</h2>'
-    yield "<p>In this folder; scenario.yaml holds every setting of this run, "
-    yield f"law {escape(r['law'])} and what <code>--set</code> changed among them.</p>"
+    if script:
+        yield "<p>A script steered this run: run your script again. In this folder:</p>"
+    else:
+        yield "<p>In this folder; scenario.yaml holds every setting of this run, "
+        yield f"law {escape(r['law'])} and what <code>--set</code> changed among them.</p>"
     yield f"<pre>{chr(10).join(lines)}</pre>"
-    if r["digest"]:
+    if _is_repeatable(r):
         yield "<p>With the same version of mavherd the second run has the same digest.</p>"
 
 
+def _is_repeatable(r: Mapping[str, Any]) -> bool:
+    """Return whether the same command gives the same digest: all was in the scenario."""
+    whole = r["exit_code"] in (PASSED, FAILED, TIMED_OUT) and r["digest"] is not None
+    return whole and r.get("script") is False and r["outside_clients"] == 0
+
+
 def _footer(r: Mapping[str, Any]) -> Iterator[str]:
-    yield f"<footer><p>mavherd {escape(r['version'])} ({escape(r['compiled'])}), "
+    by = "Report by " if r["wall_s"] is None else ""  # the run itself left none
+    yield f"<footer><p>{by}mavherd {escape(r['version'])} ({escape(r['compiled'])}), "
     yield f"Python {escape(r['python'])}, {escape(r['platform'])}.</p></footer>"

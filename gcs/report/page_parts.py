@@ -1,11 +1,12 @@
 """The parts that our pages are made of: numbers, tiles, tables. Everything returns HTML."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from html import escape
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 NONE = "&ndash;"
 MAX_ROWS = 240  # of a table: more than robots can be
+_IN_SIGHT = 18  # rows of a table, with certainty
 
 
 class Tile(NamedTuple):
@@ -24,6 +25,17 @@ def number(value: float | None, digits: int) -> str:
 def unit(value: float | None, digits: int, name: str) -> str:
     """Return a number with its unit, or a dash for what is unknown."""
     return NONE if value is None else f"{value:.{digits}f}&nbsp;{name}"
+
+
+def time_base(report: Mapping[str, Any]) -> str:
+    """Return what the times of a page and its figures count from, for captions."""
+    ready = report.get("ready_at_s") is not None
+    return "time since all were ready" if ready else "time since the start"
+
+
+def since_ready(report: Mapping[str, Any], time: float | None) -> float | None:
+    """Return a run time as `time_base` says."""
+    return None if time is None else time - (report.get("ready_at_s") or 0.0)
 
 
 def size(count: float | None) -> str:
@@ -65,6 +77,8 @@ def table(
     """
     tone = ["" if k in words else ' class="num"' for k in range(len(heads))]
     yield from scrolled(label or caption)
+    if len(rows) > _IN_SIGHT:
+        caption += f'<span class="scroll"> ({min(len(rows), MAX_ROWS)} rows: scroll)</span>'
     yield f"<table><caption>{caption}</caption><thead><tr>"
     yield "".join(f'<th scope="col"{t}>{h}</th>' for t, h in zip(tone, heads, strict=True))
     yield "</tr></thead><tbody>"

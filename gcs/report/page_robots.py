@@ -4,25 +4,25 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
-from .page_parts import NONE, number, size, table
-
-_ARRIVED = {True: "yes", False: '<b class="bad">no</b>', None: NONE}
+from .outcome import broken_off
+from .page_parts import NONE, number, size, table, time_base
 
 
 def robots(r: Mapping[str, Any]) -> Iterator[str]:
     """Yield a line per robot: how it arrived, how exactly, at what effort."""
+    not_there = "not yet" if broken_off(r["error"], r["exit_code"]) else '<b class="bad">no</b>'
     yield '<h2 id="robots">Robots</h2>'
     yield from table(
-        "Way, tracking and effort of each robot",
+        f"Way, tracking and effort of each robot; arrival: {time_base(r)}",
         (
             "robot",
             "kind",
             "goal",
             "arrived",
-            "after<br>s",
+            "arrival<br>s",
             "miss<br>m",
             "way<br>m",
-            "way<br>ratio",
+            "path-length<br>ratio",
             "RMSE<br>m",
             "worst<br>m",
             "effort<br>m²/s³",
@@ -30,24 +30,25 @@ def robots(r: Mapping[str, Any]) -> Iterator[str]:
             "nearest<br>m",
             "to",
         ),
-        [_robot(x) for x in r["robots"]],
+        [_robot(x, not_there) for x in r["robots"]],
         words=(0, 1, 2, 3, 13),
     )
     if any(x["source"] == "telemetry" for x in r["robots"]):
         yield '<p class="soft">* External: judged by its own telemetry, not by truth.</p>'
     yield (
-        '<p class="soft">Way ratio: way gone over way asked for. RMSE: from the moving reference, '
-        "of robots with a path or a place to keep. Effort: integral of the squared horizontal "
-        "acceleration while under way. Deadlock: standing still with a target to go to.</p>"
+        '<p class="soft">Path-length ratio: way gone over way asked for. RMSE: from the moving '
+        "reference, of robots with a path or a place to keep. Effort: integral of the squared "
+        "horizontal acceleration while under way. Deadlock: standing still with a target to go "
+        "to.</p>"
     )
 
 
-def _robot(x: Mapping[str, Any]) -> tuple[str, ...]:
+def _robot(x: Mapping[str, Any], not_there: str) -> tuple[str, ...]:
     return (
         _name(x),
         x["kind"],
         x["goal"],
-        _ARRIVED[x["arrived"]],
+        {True: "yes", False: not_there, None: NONE}[x["arrived"]],
         number(x["arrival_s"], 1),
         number(x["miss_m"], 2),
         number(x.get("path_length_m"), 1),

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
-from .page_parts import NONE, names, number, scrolled, table, unit
+from .page_parts import NONE, names, number, scrolled, since_ready, table, time_base, unit
 
 MATRIX = 24  # robots; of a larger team only the nearest pairs are listed
 NEAREST = 30
@@ -18,13 +18,13 @@ def separations(r: Mapping[str, Any]) -> Iterator[str]:
         return
     yield '<h2 id="separation">Separation</h2>'
     yield (
-        "<p>Centre to centre, from the moment when all were ready: in space between quadcopters, "
+        "<p>Centre to centre, from when all were ready: in space between quadcopters, "
         "in the plane between rovers, and in the plane between a rover and a quadcopter that is "
         "low enough to meet it.</p>"
     )
     yield from table(
-        "Smallest separation of each class",
-        ("class", "pairs", "smallest, m", "contact at, m", "collisions", "between", "at, s"),
+        f"Smallest separation of each class; {time_base(r)}",
+        ("class", "pairs", "smallest, m", "contact at, m", "collisions", "between", "time, s"),
         [
             (
                 x["class"],
@@ -33,7 +33,7 @@ def separations(r: Mapping[str, Any]) -> Iterator[str]:
                 number(x["contact_m"], 3),
                 str(x["collisions"]),
                 names(x["robots"]),
-                number(x["time_s"], 1),
+                number(since_ready(r, x["time_s"]), 1),
             )
             for x in r["classes"]
         ],
@@ -84,15 +84,15 @@ def _nearest(r: Mapping[str, Any]) -> Iterator[str]:
     pairs = [p for p in r["pairs"] if p["min_separation_m"] is not None][:NEAREST]
     touched = _touched(r)
     yield from table(
-        f"The {len(pairs)} nearest of {r.get('pairs_total', len(pairs))} pairs",
-        ("pair", "class", "smallest, m", "contact at, m", "at, s", "touched"),
+        f"The {len(pairs)} nearest of {r.get('pairs_total', len(pairs))} pairs; {time_base(r)}",
+        ("pair", "class", "smallest, m", "contact at, m", "time, s", "touched"),
         [
             (
                 names(p["robots"]),
                 p["class"],
                 number(p["min_separation_m"], 3),
                 number(p["contact_m"], 3),
-                number(p["time_s"], 1),
+                number(since_ready(r, p["time_s"]), 1),
                 "✕ yes" if frozenset(p["robots"]) in touched else "no",
             )
             for p in pairs
@@ -105,17 +105,16 @@ def collisions(r: Mapping[str, Any]) -> Iterator[str]:
     """Yield when and where robots touched."""
     if not r["collision_events"]:
         return
-    ready = r.get("ready_at_s") or 0.0
     yield '<h2 id="collisions">Collisions</h2>'
     yield from table(
-        "When and where robots touched; one event until they are clear of each other again",
-        ("robots", "class", "at, s", "after ready, s", "east, m", "north, m", "up, m"),
+        "When and where robots touched; one event until they are clear of each other again; "
+        f"{time_base(r)}",
+        ("robots", "class", "time, s", "east, m", "north, m", "up, m"),
         [
             (
                 names(x["robots"]),
                 x["class"],
-                number(x["time_s"], 2),
-                number(x["time_s"] - ready, 2),
+                number(since_ready(r, x["time_s"]), 2),
                 *(number(x[axis], 2) for axis in ("east_m", "north_m", "up_m")),
             )
             for x in r["collision_events"]

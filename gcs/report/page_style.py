@@ -20,6 +20,7 @@ COLOURS = {
     "grid": ("#e4e7eb", "#2a3138"),
     "path": ("#9aa4ae", "#6f7983"),
     "shade": ("#000000", "#ffffff"),
+    "edge": ("#bcc4cc", "#5a656f"),
     "blue": ("#0072b2", "#4ba3e3"),
     "vermilion": ("#d55e00", "#ff8c42"),
     "green": ("#009e73", "#35c99b"),
@@ -86,12 +87,18 @@ figure img { background: #fff; border-radius: 6px; }
 svg text { font-family: system-ui, sans-serif; }
 svg .halo { stroke: var(--page); stroke-width: 2.5px;
   stroke-linejoin: round; }
-.wide { overflow: auto; max-height: 44rem; margin: .4rem 0 1rem; }
+.wide { overflow: auto; max-height: 44rem; margin: .4rem 0 1rem; background:
+  linear-gradient(to left, var(--page) 2rem, transparent) right / 4rem 100% local,
+  linear-gradient(to top, var(--page) 2rem, transparent) bottom / 100% 4rem local,
+  linear-gradient(to left, var(--edge), transparent) right / .8rem 100% scroll,
+  linear-gradient(to top, var(--edge), transparent) bottom / 100% .8rem scroll;
+  background-repeat: no-repeat; } /* an edge is shaded where there is more beyond it */
 figure .wide { max-height: none; margin: 0 0 .4rem; }
 .wide:focus-visible, a:focus-visible { outline: 2px solid var(--link); outline-offset: 2px; }
 table { border-collapse: separate; border-spacing: 0; font-variant-numeric: tabular-nums;
   font-size: .92rem; }
-caption { text-align: left; color: var(--soft); font-size: .85rem; padding: 0 0 .3rem; }
+caption { text-align: left; color: var(--soft); font-size: .85rem; padding: 0 0 .3rem;
+  max-width: calc(100vw - 2rem); }
 th, td { text-align: left; padding: .28rem .9rem .28rem 0; white-space: nowrap;
   border-bottom: 1px solid var(--line); vertical-align: baseline; }
 th { font-weight: 500; } thead th { color: var(--soft); font-size: .85rem; vertical-align: bottom;
@@ -125,7 +132,7 @@ footer { margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: .6r
   html { font-size: 10pt; } body { padding: 0; max-width: none; font-size: 1rem; }
   nav { display: none; }
   h2, h3 { break-after: avoid; } h2 { margin-top: 1.6rem; }
-  .wide { overflow: visible; max-height: none; }
+  .wide { overflow: visible; max-height: none; background: none; } .scroll { display: none; }
   figure img, figure svg { min-width: 0; }
   table { font-size: 7.5pt; max-width: 100%; } caption, thead th { font-size: inherit; }
   th, td { padding: .15rem .5rem .15rem 0; white-space: normal; }

@@ -2,18 +2,21 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ...scenarios.schema import RobotSpec, Scenario
+from ..complaint import INSTALL
 from ..flown.events import read_events
 from ..flown.folder import REPORT_SCHEMA as SCHEMA
+from ..new_file import write_text
 from .costs import NOTHING, Costs
 from .judge import Verdict
-from .page import page
+from .page import FIGURES, page
 from .plain import plain
 from .rows import class_row, collision_row, cpu_row, fleet_row, pair_row, robot_row
 from .states import write_events, write_states
@@ -37,6 +40,7 @@ class RunFacts:
     real_time_factor: float
     digest: str | None
     outside_clients: int = 0
+    script: bool | None = False  # whether one steered; None: not known
     missing: Sequence[str] = ()  # from the run folder, a line for each thing
     ticks: int = 0
     late_ticks: int = 0
@@ -96,6 +100,7 @@ def build_report(scenario: Scenario, verdict: Verdict, facts: RunFacts) -> dict[
         "late_ticks": facts.late_ticks,
         "digest": facts.digest,
         "outside_clients": facts.outside_clients,
+        "script": facts.script,
         "partial": bool(facts.missing),
         "missing": list(facts.missing),
         "version": facts.version,
@@ -128,24 +133,43 @@ def write_report(
     Every file appears under its name when it is complete. `step` is told what is being done.
     """
     step("writing the tables")
-    _write(folder / "report.json", dump_report(report))
-    states = write_states(folder, tracks, partial=report["partial"])
-    write_events(folder, read_events(folder).events)
-    notes = [] if states.suffix == ".parquet" else ["pyarrow is missing, so states.npz only"]
+    write_text(folder / "report.json", dump_report(report))
+    notes = list(_write_tables(folder, tracks, partial=report["partial"]))
     pictures: list[Path] = []
+    about = ""  # the pictures, for readers of the page
     if find_spec("matplotlib") is None:
-        notes.append("matplotlib is missing, so no figures")
-    elif figures:
+        pictures = _drawn_before(folder / "figures")
+        had = f"figures are those drawn before, {_age(pictures[0])}" if pictures else "no figures"
+        notes.append(f"matplotlib is missing, so {had}")
+        about = f"Matplotlib is missing, so {had} ({INSTALL}, then mavherd report)."
+    notes = [f"{'; '.join(notes)} ({INSTALL})"] if notes else []
+    if find_spec("matplotlib") is not None and figures:
         step("drawing the figures")
         from .figures import draw
 
         pictures = draw(folder / "figures", scenario, starts, tracks, verdict)
+        if not pictures:
+            about = "None: no robot has a track."
+            notes.append("no robot has a track, so no figures")
     step("writing the report")
-    _write(folder / "report.html", page(report, pictures))
-    return [f"{'; '.join(notes)} (pip install 'mavherd[view]')"] if notes else []
+    write_text(folder / "report.html", page(report, pictures, about))
+    return notes
 
 
-def _write(path: Path, text: str) -> None:
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
+def _write_tables(folder: Path, tracks: Sequence[Track], *, partial: bool) -> Iterator[str]:
+    """Write states and events; yield what cannot be had."""
+    whole = folder / "states.parquet"
+    if find_spec("pyarrow") is None and whole.exists():
+        yield f"pyarrow is missing, so the tables stay those written before, {_age(whole)}"
+        return
+    if write_states(folder, tracks, partial=partial) != whole:
+        yield "pyarrow is missing, so states.npz only"
+    write_events(folder, read_events(folder).events)
+
+
+def _drawn_before(folder: Path) -> list[Path]:
+    return [path for name in FIGURES if (path := folder / f"{name}.png").exists()]
+
+
+def _age(path: Path) -> str:
+    return datetime.fromtimestamp(path.stat().st_mtime, UTC).strftime("%Y-%m-%d %H:%M UTC")

@@ -24,7 +24,7 @@ from .truth import Floats, Trail
 ARRIVAL_M = 0.2  # from the target
 AWAY_M = 0.5  # a post farther than this from the start has to be reached
 PATH_END_M = 0.5  # from the last point of a path when it ends: robots follow with a lag
-SETTLE_S = 5.0  # after all were ready, before tracking counts
+SETTLE_S = 5.0  # after all were ready or it came to its place, before tracking counts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,7 +184,7 @@ def _measured(
     if not isinstance(spec.path, Goto) and len(thin.time):
         route = Route(spec.path, spec, team)
         error = thin.position - np.array([route.at(t).position for t in thin.time.tolist()])
-        result = replace(result, tracking=_tracking(spec.kind, thin, error))
+        result = replace(result, tracking=_tracking(result, thin, error))
     result = replace(
         result,
         length=driven(spec.kind, under_way),
@@ -205,12 +205,16 @@ def _measured(
     return replace(result, deadlock=float(stood.sum()) / MOTION_HZ), (to_go, stood)
 
 
-def _tracking(kind: str, thin: Way, error: Floats) -> Tracking | None:
-    settled = error[thin.time >= SETTLE_S - 1e-6]
+def _tracking(result: RobotResult, thin: Way, error: Floats) -> Tracking | None:
+    """Return how far off it was once settled; who is sent to its place is not on its way there."""
+    begin = SETTLE_S
+    if result.goal == "hold" and result.arrived is not None:
+        begin += np.inf if result.arrival is None else result.arrival
+    settled = error[thin.time >= begin - 1e-6]
     if not len(settled):
         return None
     east, north, up = np.sqrt(np.mean(settled**2, axis=0)).tolist()
-    away = distance(kind, settled, np.zeros(3))
+    away = distance(result.kind, settled, np.zeros(3))
     rmse = sqrt(float(np.mean(away**2)))
     return Tracking(rmse=rmse, greatest=float(away.max()), axes=(east, north, up))
 

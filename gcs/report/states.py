@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..new_file import new_file
 from .columns import EVENTS, STATES, VERSION, Column, describe
 from .truth import Floats, Track
 
@@ -29,12 +30,13 @@ def write_states(folder: Path, tracks: Sequence[Track], *, partial: bool = False
     """
     parquet = find_spec("pyarrow") is not None
     path = folder / ("states.parquet" if parquet else "states.npz")
-    part = path.with_name(path.name + ".part")
+    with new_file(path) as part:
+        if parquet:
+            _write_parquet(part, tracks, partial)
+        else:
+            _write_npz(part, tracks)
     if parquet:
-        _write_parquet(part, tracks, partial)
-    else:
-        _write_npz(part, tracks)
-    part.replace(path)
+        (folder / "states.npz").unlink(missing_ok=True)  # an older one
     return path
 
 
@@ -50,9 +52,8 @@ def write_events(folder: Path, events: Iterable[Mapping[str, Any]]) -> Path | No
     schema = pa.schema([_field(c, pa.string()) for c in EVENTS], metadata=_about("events"))
     arrays = [pa.array(values, field.type) for values, field in zip(columns, schema, strict=True)]
     path = folder / "events.parquet"
-    part = path.with_name(path.name + ".part")
-    pq.write_table(pa.table(arrays, schema=schema), part, compression="zstd")
-    part.replace(path)
+    with new_file(path) as part:
+        pq.write_table(pa.table(arrays, schema=schema), part, compression="zstd")
     return path
 
 

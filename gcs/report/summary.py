@@ -13,6 +13,11 @@ MAX_ROBOTS = 12  # lines, so that all fits on a screen; the report has all
 MAX_MISSING = 4  # likewise
 INTERRUPTED = 130  # exit code
 LONG_GAP_S = 0.5  # after so long without a setpoint a vehicle stops by itself
+_MARKS = {
+    True: Text("  ok   ", style="green"),
+    False: Text("  FAIL ", style="red"),
+    None: Text("  open ", style="yellow"),  # not decided
+}
 _RECORDINGS = "run.rrd", "run.rrd.part"
 
 
@@ -32,7 +37,7 @@ def _verdict(r: Mapping[str, Any]) -> Iterator[RenderableType]:
         (f" {word} ", f"bold reverse {tone}"), f" {r['scenario']}  ", (settings, "dim")
     )
     for a in r["assertions"]:
-        mark = Text("  ok   " if a["passed"] else "  FAIL ", style=_tone(a["passed"]))
+        mark = _MARKS[a["passed"]]
         yield Text.assemble(mark, a["text"])
 
 
@@ -120,9 +125,14 @@ def _warnings(r: Mapping[str, Any]) -> Iterator[str]:
 
 def _look(r: Mapping[str, Any], folder: Path | None) -> Iterator[RenderableType]:
     where = folder or Path(r["run_id"])
-    if folder is None or any((folder / name).exists() for name in _RECORDINGS):
+    if folder is None or any(map(_has_begun, (folder / name for name in _RECORDINGS))):
         yield _whole(f"watch it  mavherd view {quote(str(where))}")
     yield _whole(f"report    {where / 'report.html'}")
+
+
+def _has_begun(recording: Path) -> bool:
+    """Return whether there is anything in a recording; a recorder that died at once leaves none."""
+    return recording.exists() and recording.stat().st_size > 0
 
 
 def _whole(text: str) -> Text:

@@ -17,7 +17,7 @@ from ..station.station import SYSTEM_ID
 
 _LOCAL_POSITION_NED = 32
 _SETPOINTS = (84, 86)  # SET_POSITION_TARGET_LOCAL_NED, SET_POSITION_TARGET_GLOBAL_INT
-_AGAIN = 0xFF  # a gap of so many frames is the same frame twice
+_OVERTAKEN_US = 500_000  # at most so late comes a frame that others have overtaken
 
 _Ints = NDArray[np.int64]
 
@@ -61,6 +61,7 @@ class _Frames(NamedTuple):
     system: _Ints
     component: _Ints
     message: _Ints
+    boot_ms: _Ints  # what a LOCAL_POSITION_NED says; of no meaning in others
 
 
 def read_traffic(path: Path, system_id: int) -> Traffic | None:
@@ -77,7 +78,7 @@ def read_traffic(path: Path, system_id: int) -> Traffic | None:
 
 
 def _headers(data: bytes, bounds: _Ints) -> _Frames:
-    raw = np.frombuffer(data + bytes(2), dtype=np.uint8)  # a header of MAVLink 1 is 2 shorter
+    raw = np.frombuffer(data + bytes(8), dtype=np.uint8)  # what is read of the last may be shorter
     begin, end = bounds.T
     stamp = raw[begin[:, None] + np.arange(STAMP.size)]
     start = begin + STAMP.size
@@ -86,6 +87,10 @@ def _headers(data: bytes, bounds: _Ints) -> _Frames:
     sequence, system, component = (raw[start + skip + k].astype(np.int64) for k in range(3))
     number = raw[(start + skip + 3)[:, None] + np.arange(3)].astype(np.int64)
     long = number @ np.array([1, 1 << 8, 1 << 16])
+    payload = start + np.where(v2, 10, 6)
+    first = payload[:, None] + np.arange(4)
+    sent = first < (payload + raw[start + 1])[:, None]  # zeros at its end are not
+    boot = np.where(sent, raw[first], 0).astype(np.int64)
     return _Frames(
         time=np.ascontiguousarray(stamp).view(">u8").ravel().astype(np.int64),
         size=end - start,
@@ -93,6 +98,7 @@ def _headers(data: bytes, bounds: _Ints) -> _Frames:
         system=system,
         component=component,
         message=np.where(v2, long, number[:, 0]),
+        boot_ms=boot @ np.array([1, 1 << 8, 1 << 16, 1 << 24]),
     )
 
 
@@ -129,12 +135,32 @@ def _rate(time: _Ints) -> float | None:
 
 
 def _lost(frames: _Frames, heard: NDArray[np.bool_]) -> int:
+    """Return how many numbers are missing, counted for each component from each start on."""
+    life = _lives(frames, heard)
     lost = 0
     for component in np.unique(frames.component[heard]):
-        sequence = frames.sequence[heard & (frames.component == component)]
-        gaps = (np.diff(sequence) - 1) & 0xFF
-        lost += int(gaps[gaps != _AGAIN].sum())
+        for number in range(life[-1] + 1):
+            those = heard & (frames.component == component) & (life == number)
+            step = np.diff(frames.sequence[those]) & 0xFF
+            overtaken = (step >= 128) & (np.diff(frames.time[those]) < _OVERTAKEN_US)
+            place = np.cumsum(np.where(overtaken, step - 256, step))
+            seen = np.unique(np.append(place, 0))
+            lost += int(seen[-1] - seen[0] + 1) - len(seen)
     return lost
+
+
+def _lives(frames: _Frames, heard: NDArray[np.bool_]) -> _Ints:
+    """Return how often the vehicle had started anew at each frame.
+
+    That is told by positions whose time since boot goes back; before the first of them, the new
+    life has begun with the first frame after the longest silence.
+    """
+    positions = np.flatnonzero(heard & (frames.message == _LOCAL_POSITION_NED))
+    begins = np.zeros(len(frames.time), dtype=np.int64)
+    for k in np.flatnonzero(np.diff(frames.boot_ms[positions]) < -_OVERTAKEN_US // 1000):
+        between = np.flatnonzero(heard[positions[k] : positions[k + 1] + 1]) + positions[k]
+        begins[between[1 + int(np.diff(frames.time[between]).argmax())]] = 1
+    return np.cumsum(begins)
 
 
 def _longest_silence(time: _Ints, heard: NDArray[np.bool_]) -> float | None:

@@ -91,12 +91,7 @@ class Crew:
         self._folder = folder
         self._step = step
         if (record or serve is not None) and find_spec("rerun") is not None:
-            central = self._scenario.team.coordinators == "central"
-            steered = len(self._starts) - len(ours)
-            apart = steered > 0 and not (central and not ours)
-            self._recorder = Recorder(
-                folder, endpoint, folder.name, apart=apart, serve=serve, keep=record
-            )
+            self._recorder = Recorder(folder, endpoint, folder.name, serve=serve, keep=record)
         self._nursery = self._head_start.nursery()
         self._nursery.log_to(folder / "launcher.txt")
         common = {"lockstep": lockstep, "started": started}
@@ -219,6 +214,10 @@ class Crew:
             return ""
         self.missing.append(loss)
         return loss
+
+    def show_lost(self) -> str:
+        """Return why viewers can come no more; empty as long as they can."""
+        return self._recorder.show_loss if self._recorder else ""
 
     def wait_serving(self, timeout: float) -> bool:
         """Return whether viewers may come to the recorder, within `timeout` seconds."""

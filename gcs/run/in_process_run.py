@@ -12,6 +12,7 @@ from typing import Any
 from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.local_bus import LocalBus
+from ..flown.events import open_events
 from ..report.costs import Costs
 from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
 from .in_process_team import InProcess
@@ -48,8 +49,7 @@ class InProcessRun:
     def start(self) -> InProcess:
         """Set everybody up and return the clock; call `stop` whatever happens."""
         make_folder(self.folder, self.scenario, self.starts)
-        log = self.folder / "events.jsonl"
-        self._log = self._stack.enter_context(log.open("w", buffering=1, encoding="utf-8"))
+        self._log = self._stack.enter_context(open_events(self.folder))
         self._events = self.bus.publisher("events")
         self.clock = clock = InProcess(
             self.scenario, self.starts, self.note, bus=self.bus, folder=self.folder

@@ -12,6 +12,7 @@ from ...scenarios.schema import Scenario
 from ...scenarios.starts import draw_starts
 from ...transport.bus import Bus, Publisher
 from ...transport.errors import LinkError, VehicleError
+from ..flown.events import open_events
 from ..report.outcome import INTERRUPTED, Ending, Outcome, conclude
 from ..safety.abandoned import complaint, fate, may_be_armed
 from .conductor import Clock, FreeRun, Lockstep
@@ -66,6 +67,8 @@ class OpenRun:
         self.folder = name_folder(options.out, scenario)
         self.dashboard = _dashboard(options.viewing)
         with ExitStack() as stack:
+            if self.dashboard:
+                stack.callback(self.dashboard.ports.release)
             self._plan = stack.enter_context(leased(options.ports))
             others = len(ours) < len(self.starts)
             ahead = stack.enter_context(head_start or HeadStart(coordinator=others))
@@ -82,14 +85,14 @@ class OpenRun:
         self._interrupted = interrupted
         self._ours = ours
         self.abandoned = ""  # the complaint about external vehicles that nobody steers any more
+        self._show_is_lost = False  # and it was told
         self._phases: dict[str, str] = {}  # the last that was told of each
         self._events: Publisher | None = None
 
     def start(self) -> Clock:
         """Start everybody and return the clock; call `stop` whatever happens."""
         make_folder(self.folder, self.scenario, self.starts)
-        log = self.folder / "events.jsonl"
-        self._log = self._stack.enter_context(log.open("w", buffering=1))
+        self._log = self._stack.enter_context(open_events(self.folder))
         self.bus, self.endpoint = self._open_bus()
         self._stack.enter_context(self.bus)
         self._events = self.bus.publisher("events")
@@ -145,7 +148,10 @@ class OpenRun:
         if loss := self.crew.lost():
             self._tell("problem", loss)
         if dashboard := self.dashboard:
-            if self.crew.wait_serving(0.0):
+            if (lost := self.crew.show_lost()) and not self._show_is_lost:
+                self._show_is_lost = True
+                self._tell("viewer", f"no viewer can come: {lost}; the run goes on")
+            elif not lost and self.crew.wait_serving(0.0):
                 for text in dashboard.open(self.folder / "viewers.txt"):
                     self._tell("viewer", text)
             for text in dashboard.look():
@@ -194,6 +200,7 @@ class OpenRun:
             ticks=ticks,
             late_ticks=late,
             outside_clients=sum(v.outside_clients for v in crew.vehicles),
+            script=bool(self._ours),
             missing=tuple(crew.missing),
             started_at=self._started_at,
             costs=replace(crew.costs(), launcher=time.process_time() - self._cpu_before),

@@ -11,14 +11,14 @@ from pathlib import Path
 from .children import Child, how_it_ended
 
 _SLICE_S = 0.1  # how often a wait looks whether the user has pressed Ctrl-C
+_SHOW = "lost viewers: "
 _GONE_S = 1.0  # for it to end when nobody watches any more
 
 
 class Recorder:
     """Starts the recorder of the run in `folder`, and ends it.
 
-    With `serve` viewers come to that port on loopback; without `keep` there is no file. Robots
-    with coordinators of their own are steered `apart`.
+    With `serve` viewers come to that port on loopback; without `keep` there is no file.
     """
 
     def __init__(
@@ -27,12 +27,10 @@ class Recorder:
         endpoint: str,
         run_id: str,
         *,
-        apart: bool = False,
         serve: int | None = None,
         keep: bool = True,
     ) -> None:
-        options = ["--apart"] if apart else []
-        options += [] if serve is None else ["--serve", str(serve)]
+        options = [] if serve is None else ["--serve", str(serve)]
         options += [] if keep else ["--no-file"]
         with (folder / "recorder.txt").open("ab") as log:
             self.child = Child(
@@ -67,7 +65,9 @@ class Recorder:
     def loss(self) -> str:
         """Why the recording is not whole; empty when it is, or goes on."""
         self._listen(0.0)
-        told = [line for line in self._said if line.startswith("lost ")]
+        told = [
+            line for line in self._said if line.startswith("lost ") and not line.startswith(_SHOW)
+        ]
         if not told and ("done" in self._said or not self.ended):
             return ""
         if told:
@@ -84,6 +84,12 @@ class Recorder:
             if self._part.stat().st_size:
                 return f"{reason}: run.rrd.part holds what came before"
         return f"{reason}: there is no run.rrd; see recorder.txt"
+
+    @property
+    def show_loss(self) -> str:
+        """Why viewers can come no more though all is recorded; empty as long as they can."""
+        self._listen(0.0)
+        return next((line.removeprefix(_SHOW) for line in self._said if line.startswith(_SHOW)), "")
 
     def finish(self, *, hurry: bool) -> None:
         """Have it finish the recording, and wait for nothing; in a hurry it stays large."""
@@ -106,7 +112,7 @@ class Recorder:
                 break
         if interrupted():
             self._hears("done", hurry if self.wait_ready(0.0) else 0.0)
-        if "done" in self._said and self._serves:
+        if "done" in self._said and self._serves and not self.show_loss:
             return
         if "done" not in self._said and not self.ended:
             in_time = f"was not done after {timeout:.0f} s and was killed"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ...scenarios.schema import Scenario
 from ...transport.errors import MavherdError
+from ..new_file import write_text
 from .plan import Plan, difference, plan_from_json, plan_to_json
 
 PLAN = "sweep.json"
@@ -55,13 +56,6 @@ def begin(folder: Path, plan: Plan, points: Sequence[Scenario], text: str) -> No
                 f"--out {folder}: has files that are no sweep's, {strange[0]!r} first"
             )
         (folder / SCENARIO).write_text(text, encoding="utf-8")
-        write(folder / PLAN, plan_to_json(plan, points))
+        write_text(folder / PLAN, plan_to_json(plan, points))
     except OSError as error:
         raise MavherdError(f"{folder}: cannot make this folder: {error.strerror}") from None
-
-
-def write(path: Path, text: str) -> None:
-    """Write a file that has its name when it is complete."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...transport.errors import MavherdError
+from ..new_file import new_file
 from .columns import Column, Row
 
 if TYPE_CHECKING:
@@ -116,12 +117,10 @@ def write_parquet(path: Path, table: "pa.Table") -> None:
     """Write a table; it has its name when it is complete and safe on the disk."""
     import pyarrow.parquet as pq
 
-    part = path.with_name(path.name + ".part")
-    with part.open("wb") as file:
+    with new_file(path) as part, part.open("wb") as file:
         pq.write_table(table, file, compression="zstd")
         file.flush()
         os.fsync(file.fileno())
-    part.replace(path)
 
 
 def read_parquet(path: Path) -> "pa.Table":

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ...scenarios.loader import is_shipped
 from ...scenarios.schema import Scenario
 from ...transport.errors import MavherdError, os_reason
+from ..complaint import INSTALL
+from ..new_file import write_text
 from .columns import JUDGED, Row, columns, settings_row
 from .engine import Ended, Engine
-from .folder import FIGURES, SCENARIO, SCRATCH, STREAM, SUMMARY, TABLE, write
+from .folder import FIGURES, SCENARIO, SCRATCH, STREAM, SUMMARY, TABLE
 from .plan import Plan
 from .results import ResultStream, read_parquet, write_parquet
 from .summary import Summary
@@ -139,9 +141,9 @@ class Sweep:
             raise MavherdError(f"{self.folder / TABLE}: has not the runs of this sweep")
         summary = Summary(self.plan, self.points, table)
         told = summary.as_json(self.source)
-        write(self.folder / SUMMARY, dumps(told, indent=2, allow_nan=False) + "\n")
+        write_text(self.folder / SUMMARY, dumps(told, indent=2, allow_nan=False) + "\n")
         if find_spec("matplotlib") is None:
-            note("matplotlib is missing, so no figures (pip install 'mavherd[view]')")
+            note(f"matplotlib is missing, so no figures ({INSTALL})")
         else:
             from .figures import draw
 

@@ -6,6 +6,8 @@ from ...transport.bus import Bus, Mailbox
 from ...transport.errors import VehicleError
 from ...transport.local_bus import LocalBus
 from ...transport.wire import (
+    CROWD,
+    SNAPSHOT_HZ,
     VehicleState,
     WireError,
     pack_snapshot,
@@ -19,8 +21,6 @@ from .coordinator import Coordinator
 
 REPEAT_S = 0.05  # a state that somebody may have missed while joining is sent again
 TARGET_HZ = 5  # of one vehicle on the bus, for those who watch; the vehicle gets every one
-SNAPSHOT_HZ = 10  # of all vehicles, for those who watch;
-CROWD = 30  # more than so many are shown at half that rate
 _LOOK_EVERY = 10  # ticks between two looks at who listens
 _PRESENT_S = 3.0  # without a heartbeat for so long a vehicle is no longer present
 
@@ -38,8 +38,8 @@ class Exchange:
         self._states = {n: bus.publisher(f"vehicle/{n}/state") for n in own}
         self._targets = {n: bus.publisher(f"vehicle/{n}/target") for n in own}
         self._team = bus.publisher("team") if self.alone else None
-        self._snapshots = bus.publisher("snapshot", for_onlookers=True) if self.alone else None
-        snapshot_hz = SNAPSHOT_HZ if len(own) <= CROWD else SNAPSHOT_HZ / 2
+        self._snapshots = bus.publisher("snapshot", for_onlookers=True)
+        snapshot_hz = SNAPSHOT_HZ / 2 if len(core.scenario.robots) > CROWD else SNAPSHOT_HZ
         self._snapshot_every = max(1, round(core.scenario.team.rate_hz / snapshot_hz))
         self._others = Mailbox() if self.alone else bus.latest("vehicle/*/state")
         self._tokens = {n: bus.declare_token(f"vehicle/{n}/alive") for n in own}
@@ -80,7 +80,7 @@ class Exchange:
     def publish_targets(self) -> None:
         """Say now and then, to those who watch, what our vehicles were asked to do."""
         sequence = self._core.sequence
-        if self._snapshots and sequence % self._snapshot_every == 0 and self._snapshots.wanted:
+        if sequence % self._snapshot_every == 0 and self._snapshots.wanted:
             known = [state for state in self._offered if state.time >= 0]
             asked = [member.target for member in self._core.members.values()]
             targets = [target for target in asked if target is not None]

@@ -154,9 +154,9 @@ def test_closed_standard_streams_are_no_error(sandbox):
 
 
 def one_line(done):
-    """Return the only line of complaint."""
+    """Return the only line of complaint; a slow machine also says what it is at."""
     assert done.code == 2
     assert done.out == ""
-    (line,) = done.err.splitlines()
+    (line,) = (line for line in done.err.splitlines() if not line.endswith(" ..."))
     assert line.startswith("mavherd: ")
     return line

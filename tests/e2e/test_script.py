@@ -52,6 +52,7 @@ def test_a_lockstep_script_is_as_repeatable_as_a_scenario(in_folder):
         assert track.position[-1][2] == pytest.approx(0, abs=0.05)
         report = fleet.outcome.report
         assert (report["passed"], report["exit_code"], report["partial"]) == (True, 0, False)
+        assert report["script"] is True
         digests.append(report["digest"])
     assert digests[0] == digests[1]
     assert (fleet.folder / "events.jsonl").exists()

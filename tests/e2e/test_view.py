@@ -10,7 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from mavherd.gcs.recording.viewers import OTHER_BINARY, proxy_url, rerun_binary
+pytest.importorskip("rerun")
+
+import rerun as rr
+
+from mavherd.gcs.recording.served import proxy_url
+from mavherd.gcs.recording.stream import Stream
+from mavherd.gcs.recording.viewers import OTHER_BINARY, rerun_binary
 
 NOWHERE = "DISPLAY=:98765"  # a display that is none
 needs_graphics = pytest.mark.skipif(
@@ -221,6 +227,23 @@ def test_a_picture_of_a_recording_that_breaks_off_is_taken(sandbox, unwatched, t
         assert len(image.convert("RGB").getcolors(1 << 24)) > 100
 
 
+@needs_graphics
+def test_a_picture_of_something_else_is_refused(sandbox, unwatched, tmp_path):
+    other = tmp_path / "other.rrd"
+    stream = Stream("other", file=other)
+    stream.log("events", 1.0, rr.TextLog("begin"))
+    stream.close()
+    script = tmp_path / "astray"
+    options = r"""$(printf '%s\n' "$@" | grep -v '\.rrd$')"""
+    script.write_text(f'#!/bin/sh\nexec "{rerun_binary()}" {options} {other}\n')
+    script.chmod(0o755)
+    command = "view", unwatched.folder, "--screenshot", tmp_path / "picture.png"
+    done = sandbox.finish(sandbox.start(*command, prefix=("env", f"{OTHER_BINARY}={script}")))
+    assert done.code == 2
+    assert done.complaint == "mavherd: the viewer shows other, which is not asked for"
+    assert not list(tmp_path.glob("*.png*"))
+
+
 def test_what_the_terminal_closes_leaves_no_page_behind(sandbox, unwatched):
     process = sandbox.start("view", unwatched.folder, "--web", "--web-port", 0)
     viewer_pid(sandbox)
@@ -241,6 +264,9 @@ def test_what_the_terminal_closes_leaves_no_page_behind(sandbox, unwatched):
         ("view bare", "bare: the run left no recording (`mavherd convert bare` makes one"),
         ("view bare/text.rrd", "bare/text.rrd: this is no Rerun recording"),
         ("view void", "void/run.rrd.part: nothing was recorded (`mavherd convert void`"),
+        ("view early", "early/run.rrd.part: nothing was recorded yet (`mavherd convert early`"),
+        ("view early --screenshot p.png", "early/run.rrd.part: nothing was recorded yet"),
+        ("view blank", "blank/run.rrd: nothing was recorded (`mavherd convert blank --force`"),
         ("view bare --screenshot p.jpg", "--screenshot p.jpg: pictures are PNG (name it .png)"),
         ("view bare --web-port 7", "--web-port 7: there is no page (add --web)"),
         ("view bare --size 9x9", "argument --size: '9x9' is no size"),
@@ -260,11 +286,18 @@ def test_what_cannot_be_viewed_is_said_in_one_line(make_bare, options, complaint
 def make_bare(make_sandbox, unwatched):
     """A folder with runs that have nothing to show."""
     sandbox = make_sandbox("bare")
-    for name in ("bare", "void"):
+    for name in ("bare", "void", "early", "blank"):
         (sandbox.folder / name / "vehicles").mkdir(parents=True)
         scenario = (unwatched.folder / "scenario.yaml").read_text()
         (sandbox.folder / name / "scenario.yaml").write_text(scenario)
     (sandbox.folder / "void/run.rrd.part").touch()
+    (sandbox.folder / "blank/run.rrd").touch()
+    stream = Stream("early", file=sandbox.folder / "early/whole")
+    stream.name("early")
+    stream.flush_file()  # its recorder was killed here
+    killed = (sandbox.folder / "early/whole").read_bytes()
+    (sandbox.folder / "early/run.rrd.part").write_bytes(killed)
+    stream.close()
     (sandbox.folder / "bare/text.rrd").write_text("not a recording")
     return sandbox
 

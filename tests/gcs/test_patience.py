@@ -1,4 +1,4 @@
-"""What takes long says what it is at; what does not, says nothing."""
+"""What takes long says what it is at, and how far; what does not, says nothing."""
 
 import time
 from io import StringIO
@@ -6,6 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
+from mavherd.gcs import patience
 from mavherd.gcs.patience import Patience
 
 LONG = 60.0
@@ -62,3 +63,47 @@ def test_an_error_ends_it_too():
     with pytest.raises(ValueError, match="oh"):
         fail(console)
     assert console.file.getvalue().endswith(GONE)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    class Clock:
+        now = 100.0
+
+        def monotonic(self):
+            return self.now
+
+    clock = Clock()
+    monkeypatch.setattr(patience, "time", clock)
+    return clock
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_what_is_over_in_two_seconds_says_nothing(clock, terminal):
+    out = screen(terminal=terminal)
+    with patience.Bar("converting", out) as bar:
+        for k in range(19):
+            clock.now = 100 + k / 10
+            bar.reach(k / 20)
+    assert out.file.getvalue() == ""
+
+
+def test_without_a_terminal_a_line_comes_now_and_then_with_the_time_left(clock):
+    out = screen(terminal=False)
+    with patience.Bar("converting", out) as bar:
+        for k in range(400):
+            clock.now = 100 + k / 10
+            bar.reach(k / 800)
+    lines = out.file.getvalue().splitlines()
+    assert len(lines) == 3
+    assert lines[0] == "converting: 12%, 70 s left"
+
+
+def test_at_a_terminal_a_bar_comes_and_goes(clock):
+    out = screen(terminal=True)
+    with patience.Bar("converting", out) as bar:
+        for k in range(60):
+            clock.now = 100 + k / 10
+            bar.reach(k / 60)
+    assert "converting" in out.file.getvalue()
+    assert "95%" in out.file.getvalue()

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ...progress import Bar
+from ...patience import Bar
 from ..stream import Stream
 from .instruments import LOOK_S
 from .logs import Entry, Log, LogError

@@ -38,9 +38,11 @@ class Instruments:
         self._counted: dict[str, tuple[float, int]] = {}
         self._due: dict[str, float] = {}
         self._looked: dict[str, float] = {}
+        self.told: dict[str, set[str]] = {}  # which plots there are of each robot
 
     def add_robot(self, robot: StagedRobot) -> None:
         """Make room for a robot, in the order in which the scene is told of them."""
+        self.told[robot.name] = set()
         self._colours[robot.name] = next_colour(robot, self._colours)
         colour = rgb(self._colours[robot.name])
         for plot in PLOTS:
@@ -72,6 +74,7 @@ class Instruments:
         vehicle.values.clear()
         for plot, values in grouped.items():
             self._send(f"{ROOT}/{plot}/{vehicle.name}", values)
+        self.told[vehicle.name].update(grouped)
 
     def _count(self, vehicle: SeenVehicle, now: float) -> None:
         since, before = self._counted.setdefault(vehicle.name, (now, vehicle.heard))

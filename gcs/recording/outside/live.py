@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from ....transport.connect import Address
+from ....transport.errors import MavherdError
 from ....transport.tlog import TlogWriter
 from .lines import Lines
 
@@ -24,7 +25,9 @@ class Watch:
     Raises LinkError for a line that cannot be had, before Rerun is imported. `tlog` gets every
     frame, heard or sent. `tell` gets every event as it is recorded, `warn` a line for
     each address where nobody is heard after a while. `silent`: nothing is sent.
-    `file` is written as `.part` and renamed at the end; if no vehicle was heard, none is left.
+    `file` and `tlog` are written as `.part` and renamed at the end; if no vehicle was heard, or if
+    anything cannot be had (MavherdError), none is left. When `file` takes no more, RecordingError
+    says so, and its `.part` stays with what came before.
     """
 
     def __init__(
@@ -40,17 +43,23 @@ class Watch:
     ) -> None:
         self._file = file
         self._part = file.with_name(file.name + ".part") if file else None
+        self._tlog: TlogWriter | None = None
         with contextlib.ExitStack() as undo:
             self._lines = Lines(addresses, silent=silent, tap=self._log if tlog else None)
             undo.callback(self._lines.close)
-            self._tlog = TlogWriter(tlog) if tlog else None
             from ..stream import Stream  # Rerun takes its time; the sockets are open already
             from .watch import Outside
 
             began = time.time()
             self._run_id = time.strftime("outside-%Y%m%d-%H%M%S", time.localtime(began))
             title = ", ".join(address.text for address in addresses)
-            stream = Stream(self._run_id, file=self._part, serve=serve, start=began)
+            self._stream = stream = Stream(self._run_id, file=self._part, serve=serve, start=began)
+            if self._part:
+                undo.callback(self._part.unlink, missing_ok=True)
+            undo.callback(stream.close)
+            if tlog:
+                self._tlog = _open_tlog(tlog)
+                undo.callback(self._tlog.discard)
             self._period = _FILE_FLUSH_S if serve is None else _FLUSH_S
             self.outside = Outside(stream, title, tell)
             undo.pop_all()
@@ -85,6 +94,7 @@ class Watch:
                 if goes_on and not goes_on():
                     return
                 outside.flush(now)
+                self._stream.flush_file()  # who is killed has recorded it
                 flush_at = now + self._period
 
     def silences(self) -> list[str]:
@@ -94,16 +104,16 @@ class Watch:
     def close(self) -> None:
         """End the recording and close the lines."""
         self._lines.close()
+        heard = bool(self.outside.vehicles)
         try:
             self.outside.close(self.now)
-        finally:
-            if self._tlog:
-                self._tlog.close()
-        if self._part and self._file:
-            if self.outside.vehicles:
+            if self._part and self._file and heard:
                 self._part.replace(self._file)
-            else:
-                self._part.unlink(missing_ok=True)
+        finally:
+            if self._part and self._part.exists() and not (heard and self._part.stat().st_size):
+                self._part.unlink()
+            if self._tlog:
+                self._tlog.close() if heard else self._tlog.discard()
 
     def __enter__(self) -> "Watch":
         return self
@@ -119,3 +129,10 @@ class Watch:
     def _log(self, frames: bytes) -> None:
         if self._tlog:
             self._tlog.write(self._began_us + round(self.now * 1e6), frames)
+
+
+def _open_tlog(path: Path) -> TlogWriter:
+    try:
+        return TlogWriter(path)
+    except OSError as error:
+        raise MavherdError(f"{path}: cannot be written: {error.strerror}") from None

@@ -19,6 +19,9 @@ class Series:
         self._width = width
         self.newest = -np.inf
 
+    def __len__(self) -> int:
+        return len(self._time)
+
     @property
     def last(self) -> tuple[float, ...] | None:
         """Return the last row, if there is one."""

@@ -4,15 +4,13 @@ Between what it tells its positions and attitudes are interpolated. How fast its
 does not tell: rotors are shown to turn as the outputs of its servos say, wheels as its speed does.
 """
 
-from math import inf
-
 import numpy as np
 
 from ....transport.frames import Origin, Triple
 from ....vehicles.rover import RoverParams
 from ...report.truth import Floats, Track
 from .place import to_enu
-from .series import Series, grid, turns
+from .series import LONGEST_S, Series, grid, turns
 from .vehicle import SeenVehicle
 
 PATIENCE_S = 5.0  # with the only vehicle, when it has not told where it is,
@@ -20,6 +18,7 @@ PATIENCE_OF_MANY_S = 60.0  # and with one of several, which would be drawn in on
 FULL_RAD_S = 900.0  # of a rotor whose output is at its upper end
 _MOST_SPOTS = 300  # kept of a vehicle that cannot be placed yet
 _TOGETHER_S = 1.0  # an attitude this much older than a position is that of its moment
+_KEPT_S = 2 * LONGEST_S  # of what was told last: what is older is joined to nothing new
 _ROTORS = (2, 0, 3, 1)  # which of ArduPilot's outputs turn front, right, rear and left rotor
 _QUADCOPTER = tuple(f"rotor{i}_speed_rad_s" for i in range(1, 5))
 _ROVER = ("left_wheel_speed_rad_s", "right_wheel_speed_rad_s")
@@ -65,24 +64,35 @@ class TrackMaker:
         v.spots.clear()
 
     def take(self, *, everything: bool = False) -> Track | None:
-        """Return what is new; None: nothing. Without any position the vehicle is at 0, 0, 0."""
+        """Return what is new; None: nothing.
+
+        A vehicle that tells its attitude, but no position any more, stands still where it was last;
+        one that has told none is at 0, 0, 0.
+        """
         v = self._vehicle
         position_at, attitude_at = self._positions.newest, v.attitudes.newest
-        if position_at == -inf:
+        if attitude_at - position_at > LONGEST_S:
             until, told = attitude_at, v.attitudes
         else:
             until, told = position_at, self._positions
             if attitude_at > position_at - _TOGETHER_S and not everything:
                 until = min(position_at, attitude_at)
-        if until <= self._done:
-            return None
-        time = grid(self._done, until)
-        self._done = until
-        time = time[told.covers(time)]
-        track = self._track(time) if len(time) else None
-        for series in (self._positions, v.velocities, v.attitudes, v.rates, v.servos):
-            series.forget(until)
+        track = None
+        if until > self._done:
+            time = grid(self._done, until)
+            self._done = until
+            time = time[told.covers(time)]
+            track = self._track(time) if len(time) else None
+        self._forget()
         return track
+
+    def _forget(self) -> None:
+        """Keep no more than new tracks may need, whatever the vehicle tells and does not tell."""
+        v = self._vehicle
+        kept = self._positions, v.velocities, v.attitudes, v.rates, v.servos
+        before = max(self._done, max(series.newest for series in kept) - _KEPT_S)
+        for series in kept:
+            series.forget(before)
 
     def _track(self, time: Floats) -> Track:
         v = self._vehicle
@@ -91,6 +101,7 @@ class TrackMaker:
             turns(v.attitudes, time),
             v.rates.at(time),
         )
+        velocity[time > self._positions.newest] = 0.0
         names = _COLUMNS.get(v.kind, ())
         actuators = np.empty((len(time), 0))
         if names is _QUADCOPTER:

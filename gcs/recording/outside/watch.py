@@ -10,7 +10,7 @@ from ..scene import Layout, Scene
 from ..stage import Stage, StagedRobot
 from ..stream import Stream
 from .instruments import Instruments
-from .layout import outside_layout
+from .layout import AIMED, PLACED, TURNED, outside_layout
 from .place import to_enu
 from .tracks import PATIENCE_OF_MANY_S, PATIENCE_S, TrackMaker
 from .vehicle import SILENT_S, SeenVehicle
@@ -42,6 +42,7 @@ class Outside:
         self.vehicles: dict[int, SeenVehicle] = {}
         self._makers: dict[int, TrackMaker] = {}
         self._staged: set[int] = set()
+        self._aimed: set[int] = set()  # of which is known where they should be
         self._doubled: set[int] = set()
         self._stream = stream
         self._tell = tell
@@ -109,10 +110,21 @@ class Outside:
             self._stream.close()
 
     def _step_back(self) -> None:
-        """Lay the views out again, so that all of where the vehicles have been is in sight."""
+        """Lay the views out again: all places of the vehicles are in sight, no plot is empty."""
         stage = self._scene.stage
         robots = (r._replace(path=self._makers[r.system_id].corners) for r in stage.robots)
-        self._stream.blueprint(outside_layout(stage._replace(robots=tuple(robots))))
+        told = {robot.name: self._told(robot.system_id) for robot in stage.robots}
+        self._stream.blueprint(outside_layout(stage._replace(robots=tuple(robots)), told=told))
+
+    def _told(self, system: int) -> set[str]:
+        """Return what is recorded of a vehicle, as its layout takes it."""
+        vehicle, is_placed = self.vehicles[system], self._makers[system].place is not None
+        return {
+            *self._instruments.told[vehicle.name],
+            *(PLACED if is_placed else ()),
+            *(TURNED if vehicle.attitudes.last else ()),
+            *(AIMED if is_placed and system in self._aimed else ()),
+        }
 
     def _settle_origin(self, now: float) -> None:
         """Begin the shared frame where the first vehicle that knows it begins its own."""
@@ -160,6 +172,8 @@ class Outside:
         targets = []
         for time, spot, velocity in vehicle.wanted:
             place = to_enu(spot, own, self._origin) if spot else None
+            if place:
+                self._aimed.add(vehicle.system_id)
             v = velocity or _NAN
             targets.append(Target(vehicle.name, time, place or _NAN, v, v, _ZERO))
         vehicle.wanted.clear()

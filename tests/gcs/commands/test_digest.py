@@ -5,6 +5,8 @@ import json
 import pytest
 
 from mavherd.gcs.cli import main
+from mavherd.scenarios.dump import scenario_to_yaml
+from mavherd.scenarios.schema import Point, RobotSpec, Scenario
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.transport.tlog import TlogWriter, digest
 
@@ -17,7 +19,9 @@ def folder(tmp_path):
     for frame in Codec(1).frames([mav.MAVLink_statustext_message(6, b"a"), told(b"b")]):
         log.write(1, frame)
     log.close()
-    (tmp_path / "robots.json").write_text('[{"name": "rover1", "system_id": 1}]')
+    rover = RobotSpec(name="rover1", kind="rover", system_id=1, start=Point(0, 0))
+    scenario = Scenario(name="one", robots=(rover,))
+    (tmp_path / "scenario.yaml").write_text(scenario_to_yaml(scenario))
     report(tmp_path, digest=digest([tmp_path / "vehicles/rover1/rover1.tlog"]))
     return tmp_path
 
@@ -79,6 +83,20 @@ def test_a_run_that_left_none_has_no_digest(folder, refused):
     assert "left no digest" in refused()
 
 
-def test_a_report_of_something_else_is_named(folder, refused):
+def test_a_newer_run_is_refused(folder, refused):
+    report(folder, schema=99, version="9.0")
+    assert "report.json: made by a newer mavherd, 9.0" in refused()
+
+
+def test_a_report_of_something_else_is_told_of_and_not_needed(folder, capsys):
     (folder / "report.json").write_text("[]")
-    assert "report.json: this is not a run's report" in refused()
+    assert main(["digest", str(folder)]) == 0
+    out, err = capsys.readouterr()
+    assert out.strip() == digest([folder / "vehicles/rover1/rover1.tlog"])
+    assert "report.json: damaged" in err
+
+
+def test_a_log_that_is_missing_is_named(folder, refused):
+    log = folder / "vehicles/rover1/rover1.tlog"
+    log.rename(log.with_name("rover1.tlog.part"))
+    assert f"{log}: No such file or directory (is {folder} a finished run's folder?)" in refused()

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from mavherd.gcs.cli import main
+from mavherd.gcs.commands.record import Teller
 from mavherd.gcs.recording.outside.lines import listen_address
 from mavherd.transport.errors import LinkError
 from mavherd.transport.mavlink import Codec, mav
@@ -30,6 +31,8 @@ def folder(tmp_path, monkeypatch):
         (["record", "--listen", "udp:14550", "-o", "nowhere/seen.rrd"], "there is no folder"),
         (["record", "--listen", "udp:14550", "-o", "is.rrd"], "exists already (--force"),
         (["record", "--listen", "udp:14550", "-o", "."], "this is a folder"),
+        (["record", "--listen", "14550", "-o", "x", "--tlog", "./x"], "the recording, too"),
+        (["record", "--listen", "14550", "-o", "x.part", "--tlog", "x"], "the recording, too"),
         (["convert", "none.tlog"], "no such file"),
         (["convert", "log.tlog"], "this is no tlog"),
         (["convert", "some.bin"], "dataflash"),
@@ -48,20 +51,74 @@ def test_mistakes_are_one_clear_line(folder, capsys, args, words):
     assert not list(folder.glob("*.part"))
 
 
-@pytest.mark.parametrize(
-    "args", [["record", "--listen", "udp:{port}"], ["convert", "is.tlog", "-o", "new.rrd"]]
-)
-def test_without_rerun_it_is_said_what_to_install(folder, capsys, monkeypatch, args):
-    monkeypatch.setitem(sys.modules, "rerun", None)
-    beat = Codec(1).encode([mav.MAVLink_heartbeat_message(2, 3, 0, 0, 4, 3)])
-    (folder / "is.tlog").write_bytes((1_790_000_000_000_000).to_bytes(8, "big") + beat)
+@pytest.fixture
+def port():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+        return probe.getsockname()[1]
+
+
+@pytest.fixture
+def log(folder):
+    beat = Codec(1).encode([mav.MAVLink_heartbeat_message(2, 3, 0, 0, 4, 3)])
+    (folder / "is.tlog").write_bytes((1_790_000_000_000_000).to_bytes(8, "big") + beat)
+
+
+RECORD = ("record", "--listen", "udp:{port}", "--tlog", "new.tlog", "--duration", "0.3")
+KEPT = ["is.rrd", "is.tlog", "log.tlog", "some.bin"]
+
+
+@pytest.mark.parametrize("args", [RECORD, ("convert", "is.tlog", "-o", "new.rrd")])
+@pytest.mark.usefixtures("log")
+def test_without_rerun_it_is_said_what_to_install(folder, capsys, monkeypatch, args, port):
+    monkeypatch.setitem(sys.modules, "rerun", None)
     assert main([arg.format(port=port) for arg in args]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "pip install 'mavherd[view]'" in line
-    assert sorted(path.name for path in folder.glob("is.*")) == ["is.rrd", "is.tlog"]
+    assert sorted(path.name for path in folder.iterdir()) == KEPT
+
+
+@pytest.mark.parametrize(
+    "args", [(*RECORD, "-o", "/proc/no.rrd"), ("convert", "is.tlog", "-o", "/proc/no.rrd")]
+)
+@pytest.mark.usefixtures("log")
+def test_what_cannot_be_written_is_one_clear_line(folder, capsys, args, port):
+    pytest.importorskip("rerun")
+    assert main([arg.format(port=port) for arg in args]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("mavherd: /proc/no.rrd.part: cannot be written: ")
+    assert sorted(path.name for path in folder.iterdir()) == KEPT
+
+
+@pytest.mark.usefixtures("log")
+def test_a_tlog_that_cannot_be_written_is_one_clear_line(folder, capsys, port):
+    pytest.importorskip("rerun")
+    args = ("record", "--listen", f"udp:{port}", "-o", "new.rrd", "--tlog", "/proc/no.tlog")
+    assert main(args) == 2
+    assert "mavherd: /proc/no.tlog: cannot be written: " in capsys.readouterr().err
+    assert sorted(path.name for path in folder.iterdir()) == KEPT
+
+
+@pytest.mark.usefixtures("log")
+def test_where_nobody_is_heard_nothing_is_left(folder, capsys, port):
+    pytest.importorskip("rerun")
+    assert main([arg.format(port=port) for arg in RECORD]) == 3
+    assert "nothing is heard" in capsys.readouterr().err
+    assert sorted(path.name for path in folder.iterdir()) == KEPT
+
+
+def test_a_text_that_is_repeated_is_told_now_and_then(capsys):
+    teller = Teller()
+    text = {"vehicle": "sys1", "kind": "text", "text": "PreArm: no GPS", "severity": 2}
+    for second in range(25):
+        teller.tell({"t": float(second), **text})
+        teller.tell({"t": float(second), **text, "text": f"Waypoint {second}"})
+    told = [line for line in capsys.readouterr().err.splitlines() if "PreArm" in line]
+    assert told == [
+        "    0.0 s  sys1: PreArm: no GPS",
+        "   10.0 s  sys1: PreArm: no GPS (and 9 times before)",
+        "   20.0 s  sys1: PreArm: no GPS (and 9 times before)",
+    ]
 
 
 @pytest.mark.parametrize(

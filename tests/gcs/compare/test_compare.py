@@ -3,15 +3,19 @@
 import json
 import re
 from html.parser import HTMLParser
+from io import StringIO
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from mavherd.gcs.cli import main
 from mavherd.gcs.compare import compare as compare_module
 from mavherd.gcs.compare.figures import look
 from mavherd.gcs.compare.lineup import line_up
+from mavherd.gcs.compare.measures import standings
 from mavherd.gcs.compare.nearness import nearness
+from mavherd.gcs.compare.table import comparison
 from mavherd.gcs.compare.words import NONE
 from mavherd.transport.errors import MavherdError
 
@@ -30,7 +34,7 @@ def told(capsys, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
 
     def compare(*runs):
-        code = main(["compare", *map(str, runs), "-o", str(tmp_path / "out")])
+        code = main(["compare", *map(str, runs), "-o", str(tmp_path / "out"), "--force"])
         return code, capsys.readouterr().err
 
     return compare
@@ -142,7 +146,8 @@ def test_a_killed_run_is_judged_by_its_logs_and_told(told, copies):
     code, text = told(*copies)
     assert code == 0
     assert row(text, "verdict") == ["FAIL", "FAIL"]
-    assert row(text, "collisions") == ["1", "0 ★"]
+    assert row(text, "collisions") == ["1", "0"]
+    assert re.search(r"\(until \d+\.\d s\)", text)
     assert re.search(r"law=safe is partial: .*none \(the run was killed", text)
 
 
@@ -200,6 +205,68 @@ def test_a_place_that_cannot_be_written_to_is_named(laws, tmp_path, capsys):
     assert f"{tmp_path / 'file'}: cannot write there: File exists" in capsys.readouterr().err
 
 
+def test_what_is_in_a_folder_is_not_overwritten_unasked(laws, copies, tmp_path, capsys):
+    def compare(folder, *options):
+        code = main(["compare", *map(str, laws), "-o", str(folder), *options])
+        return code, capsys.readouterr().err
+
+    before = sorted(copies[0].rglob("*"))
+    code, said = compare(copies[0], "--force")
+    assert (code, "this is the folder of a run" in said) == (2, True)
+    code, said = compare(copies[0] / "vehicles", "--force")
+    assert (code, "files that are no comparison's" in said) == (2, True)
+    assert sorted(copies[0].rglob("*")) == before
+    done = tmp_path / "done"
+    done.mkdir()
+    (done / "compare.json").write_text("mine")
+    code, said = compare(done)
+    assert (code, "--force replaces it" in said) == (2, True)
+    assert (done / "compare.json").read_text() == "mine"
+    assert compare(done, "--force")[0] == 0
+    assert json.loads((done / "compare.json").read_text())["schema"] == 1
+
+
+def test_runs_may_stand_behind_an_option(laws, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["compare", str(laws[0]), "--json", str(laws[1]), "-o", str(out)]) == 0
+    assert len(json.loads(capsys.readouterr().out)["runs"]) == 2
+    with pytest.raises(SystemExit):
+        main(["compare", str(laws[0]), "--jsn", str(laws[1])])
+    assert "unrecognized arguments" in capsys.readouterr().err
+
+
+def test_ctrl_c_while_it_records_leaves_no_half_a_file(laws, tmp_path, monkeypatch):
+    comparison = pytest.importorskip("mavherd.gcs.recording.comparison")
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(comparison, "_numbers", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        compare_module.compare(line_up(laws), tmp_path / "out", lambda _: None)
+    assert (tmp_path / "out/compare.html").exists()
+    assert not list((tmp_path / "out").glob("compare.rrd*"))
+
+
+def test_the_commands_of_the_page_can_be_given_anywhere(laws, tmp_path, monkeypatch):
+    monkeypatch.chdir(laws[0].parent)
+    out = tmp_path / "out"
+    assert main(["compare", *(run.name for run in laws), "-o", str(out)]) == 0
+    page = (out / "compare.html").read_text()
+    assert f"mavherd compare {laws[0]} {laws[1]}\nmavherd diff {laws[0]} {laws[1]}" in page
+    assert f"mavherd view {out / 'compare.rrd'}" in page
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80])
+def test_no_word_is_broken_at_a_narrow_terminal(fly, laws, columns):
+    found = line_up([*laws, fly("team.law=safe", "origin.lat=47.397742123456")])
+    console = Console(width=columns, file=StringIO())
+    console.print(comparison(found, standings([run.report for run in found.runs]), console))
+    text = console.file.getvalue()
+    for word in ("47.397742123456", "law=off", "verdict", "collisions"):
+        assert word in text, text
+
+
 def test_without_the_view_extra_there_is_the_table_and_one_line(laws, tmp_path, monkeypatch):
     monkeypatch.setattr(compare_module, "find_spec", lambda name: None)
     written = compare_module.compare(line_up(laws), tmp_path / "out", lambda _: None)
@@ -207,4 +274,5 @@ def test_without_the_view_extra_there_is_the_table_and_one_line(laws, tmp_path, 
     (note,) = written.notes
     assert note.startswith("matplotlib is missing, so no figures; rerun-sdk is missing")
     assert "pip install 'mavherd[view]'" in note
+    assert "mavherd view" not in (tmp_path / "out/compare.html").read_text()
     assert "<figure>" not in (tmp_path / "out/compare.html").read_text()

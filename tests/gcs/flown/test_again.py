@@ -8,6 +8,7 @@ import pytest
 from mavherd.gcs.cli import main
 from mavherd.gcs.flown.again import judge_again
 from mavherd.gcs.flown.flown import open_flown
+from mavherd.gcs.recording.replay import find_recording
 
 CLOCKED = {"wall_s": 77.5, "real_time_factor": 3.25, "late_ticks": 4, "outside_clients": 2}
 
@@ -78,7 +79,10 @@ def test_a_killed_run_gets_a_report_that_says_what_is_missing(killed, whole_run,
     assert report["ready_at_s"] == whole["ready_at_s"]
     assert report["duration_s"] == pytest.approx(whole["duration_s"], abs=0.02)
     assert report["digest"] is None
-    assert report["wall_s"] is report["real_time_factor"] is report["started_at"] is None
+    for key in ("wall_s", "real_time_factor", "started_at", "late_ticks", "outside_clients"):
+        assert report[key] is None
+    assert (report["script"], whole["script"]) == (None, False)
+    assert [a["passed"] for a in report["assertions"]] == [None]
     for name, told in zip(("rover1", "rover2"), report["robots"], strict=True):
         assert told["name"] == name
         assert told["link"]["from_vehicle_frames"] > 0
@@ -106,6 +110,15 @@ def test_logs_that_were_changed_after_the_run_are_told(run_folder, capsys):
     assert "not abababababababab (they were changed)" in capsys.readouterr().err
 
 
+def test_a_damaged_report_is_written_anew_and_says_so(run_folder, capsys):
+    (run_folder / "report.json").write_text('{"schema": 2, "run_id"')
+    assert main(["report", str(run_folder)]) == 3
+    assert "how the run ended is not known" in capsys.readouterr().err
+    told = reported(run_folder)
+    assert told["missing"] == ["report.json: a damaged one was left; this one is made of the logs"]
+    assert told["collisions"] == 0
+
+
 def test_what_cannot_be_reported_is_refused(tmp_path, capsys):
     assert main(["report", str(tmp_path / "nowhere")]) == 2
     assert "there is no such folder" in capsys.readouterr().err
@@ -116,3 +129,21 @@ def test_the_report_of_a_killed_run_keeps_to_the_schema(killed):
     schema = Path(__file__).parents[3] / "docs" / "report.schema.json"
     report = judge_again(open_flown(killed)).report
     jsonschema.validate(report, json.loads(schema.read_text()))
+
+
+def test_a_converted_run_lacks_no_recording_any_more(killed):
+    pytest.importorskip("rerun")
+    (killed / "run.rrd.part").write_bytes(b"RRF2")
+    assert "run.rrd: without its end (.part)" in open_flown(killed).missing
+    assert main(["report", str(killed)]) == 3
+    assert main(["convert", str(killed)]) == 0
+    assert not list(killed.glob("*run.rrd.*"))
+    assert not [text for text in open_flown(killed).missing if "run.rrd" in text]
+
+
+def test_a_run_with_a_damaged_report_is_converted_and_shown_with_a_note(run_folder, capsys):
+    pytest.importorskip("rerun")
+    (run_folder / "report.json").write_text("{")
+    assert main(["convert", str(run_folder)]) == 0
+    assert "report.json: damaged (`mavherd report` writes it again)" in capsys.readouterr().err
+    assert find_recording(run_folder).note.endswith("writes it again)")

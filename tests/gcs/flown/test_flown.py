@@ -7,9 +7,14 @@ import socket
 import numpy as np
 import pytest
 
+from mavherd.gcs.flown.events import open_events
 from mavherd.gcs.flown.flown import open_flown
 from mavherd.gcs.flown.folder import REPORT_SCHEMA
 from mavherd.gcs.report.report import SCHEMA
+from mavherd.gcs.run.in_process_run import InProcessRun
+from mavherd.gcs.run.open_run import RunOptions
+from mavherd.gcs.run.view import Unseen
+from mavherd.scenarios.loader import load_scenario
 from mavherd.transport.errors import MavherdError
 
 
@@ -83,6 +88,16 @@ def test_what_the_report_says_to_be_missing_stands(run_folder):
     assert open_flown(run_folder).missing == ("report.json says that the run is partial",)
 
 
+def test_a_recording_that_was_converted_since_is_whole(run_folder):
+    lost = "the recorder gave up: the disk is full: run.rrd.part holds what came before"
+    rewrite(run_folder / "report.json", partial=True, missing=[lost, "tlog: none of rover1"])
+    assert open_flown(run_folder).missing == (lost, "tlog: none of rover1")
+    (run_folder / "run.rrd").write_bytes(b"RRF2")
+    assert open_flown(run_folder).missing == ("tlog: none of rover1",)
+    rewrite(run_folder / "report.json", missing=[lost])
+    assert not open_flown(run_folder).partial
+
+
 def test_a_torn_last_event_is_left_out_and_a_damaged_one_is_told(run_folder):
     log = run_folder / "events.jsonl"
     events = open_flown(run_folder).events()
@@ -99,12 +114,26 @@ def test_a_torn_last_event_is_left_out_and_a_damaged_one_is_told(run_folder):
     assert (flown.events(), flown.missing) == ((), ("events.jsonl: none",))
 
 
-def test_a_run_whose_router_answers_goes_on(killed):
-    with socket.create_server(("127.0.0.1", 0)) as router:
-        endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
-        (killed / "ports.json").write_text(json.dumps({"zenoh": endpoint}))
+def test_a_run_goes_on_while_its_events_are_written(killed):
+    with open_events(killed):
         assert open_flown(killed).goes_on()
     assert not open_flown(killed).goes_on()
+
+
+def test_a_killed_run_whose_port_somebody_else_has_does_not_go_on(killed):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        endpoint = f"tcp/127.0.0.1:{other.getsockname()[1]}"
+        (killed / "ports.json").write_text(json.dumps({"zenoh": endpoint}))
+        assert not open_flown(killed).goes_on()
+
+
+def test_a_run_in_this_process_goes_on_until_it_stops(whole_run, tmp_path):
+    scenario = load_scenario(whole_run / "scenario.yaml")
+    run = InProcessRun(scenario, RunOptions(out=tmp_path, record=False), Unseen(), lambda: False)
+    run.start()
+    assert open_flown(run.folder).goes_on()
+    run.stop(hurry=True)
+    assert not open_flown(run.folder).goes_on()
 
 
 def test_a_folder_that_is_not_there_is_named_with_the_one_that_was_meant(run_folder):
@@ -136,12 +165,13 @@ def test_the_schema_that_is_written_is_the_newest_that_is_read():
     assert SCHEMA == REPORT_SCHEMA
 
 
-@pytest.mark.parametrize("text", ["[]", "{", ""])
-def test_a_report_that_is_none_is_named_with_what_writes_it_again(run_folder, text):
+@pytest.mark.parametrize("text", ["[]", "{", "", "{}", '{"schema": 2, "run_id"'])
+def test_a_report_that_is_none_is_told_and_the_run_opens(run_folder, text):
     (run_folder / "report.json").write_text(text)
-    assert "report.json: this is not a run's report (without it, `mavherd report`" in refused(
-        run_folder
-    )
+    flown = open_flown(run_folder)
+    told = "report.json: damaged (`mavherd report` writes it again)"
+    assert (flown.report, flown.damaged, flown.missing) == (None, told, (told,))
+    assert len(flown.tracks()) == 2
 
 
 def test_a_scenario_that_cannot_be_read_is_named_with_the_version_that_wrote_it(run_folder):

@@ -17,7 +17,7 @@ def record(path, batches=100):
     for batch in range(batches):
         time = np.arange(10) / 10 + batch
         stream.columns("line", time, rr.Scalars.columns(scalars=2 * time))
-        stream.flush()
+        stream.flush_file()
     stream.close()
 
 

@@ -9,7 +9,7 @@ pytest.importorskip("rerun")
 
 import rerun.blueprint as rrb
 
-from mavherd.gcs.recording.layout import layout
+from mavherd.gcs.recording.layout import HEIGHT_PX, TAB_PX, WIDTH_PX, layout
 from mavherd.gcs.recording.panels import ARCHETYPE
 from mavherd.gcs.recording.scene import Scene
 from mavherd.gcs.recording.stage import FEW, MANY, Stage, StagedRobot
@@ -118,3 +118,53 @@ def test_where_nobody_coordinates_there_are_no_phases_and_nothing_of_a_law():
     assert "Phases" not in names
     assert not any(name.startswith(("Feed-forward", "Age")) for name in names)
     assert "Modes" in names
+
+
+def test_of_what_logs_do_not_hold_a_recording_made_of_them_has_no_view():
+    names = {view.name for view in views(layout(stage(TEAM), afterwards=True))}
+    assert names.isdisjoint({"Feed-forward, m/s", "Times real time"})
+    assert "Age of what is known, s" in names
+
+
+def heights(piece, height):
+    """Yield each plot and how high it is without its bar and its time axis, in points."""
+    if isinstance(piece, rrb.TimeSeriesView):
+        yield piece, height - TAB_PX - 16
+    elif isinstance(piece, rrb.Tabs):
+        for inner in piece.contents:
+            below_bar = 0 if isinstance(inner, rrb.View) else TAB_PX
+            yield from heights(inner, height - below_bar)
+    elif isinstance(piece, rrb.Vertical):
+        shares = piece.row_shares or [1] * len(piece.contents)
+        for inner, share in zip(piece.contents, shares, strict=True):
+            yield from heights(inner, height * share / sum(shares))
+
+
+def ticks(low, high, height):
+    """Return how many ticks the viewer writes: at powers of ten, 20 points apart or more."""
+    step = next(10.0**k for k in range(-9, 9) if 10.0**k * height / (high - low) >= 20)
+    return np.floor(high / step) - np.ceil(low / step) + 1
+
+
+@pytest.mark.parametrize("count", [1, 2, FEW, FEW + 1, MANY + 70])
+@pytest.mark.parametrize("law", ["safe", ""])
+def test_a_plot_is_high_enough_for_two_ticks_whatever_it_shows(count, law):
+    """In a window of 1400 x 800, of numbers that begin at zero."""
+    kinds = {f"x{i}": ("rover", "quadcopter", "submarine")[i % 3] for i in range(count)}
+    right = layout(stage(kinds, law), ("x0",)).root_container.contents[1]
+    found = list(heights(right, HEIGHT_PX))
+    assert len(found) > 6
+    for view, height in found:
+        axis = view.properties.get("ScalarAxis")
+        span = axis.range.as_arrow_array().to_pylist()[0] if axis else None
+        tops = [span] if span else [(0.0, top) for top in (0.8, 1.04, 5.5, 8.0, 9.9, 650.0)]
+        assert min(ticks(*top, height) for top in tops) >= 2, (view.name, height)
+
+
+def test_tabs_are_named_so_short_that_all_of_them_are_seen():
+    for kind in ("rover", "quadcopter", "submarine"):
+        right = layout(stage({"x": kind, "y": kind})).root_container.contents[1]
+        for piece in parts(right.contents[1]):
+            if isinstance(piece, rrb.Tabs):  # 7 points a letter, an icon each, three buttons
+                names = [tab.name for tab in piece.contents]
+                assert sum(7 * len(name) + 30 for name in names) < 0.38 * WIDTH_PX - 80, names

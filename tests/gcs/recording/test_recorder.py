@@ -28,8 +28,6 @@ from mavherd.transport.wire import (
     Target,
     VehicleState,
     pack_snapshot,
-    pack_state,
-    pack_target,
 )
 
 RUN = "test-run"
@@ -238,23 +236,29 @@ def test_a_run_is_recorded_whole_though_logs_grow_and_junk_comes(
     assert not any(entity.startswith("/phase/") and "ghost" in entity for entity in seen)
 
 
-def test_robots_with_coordinators_of_their_own_are_recorded_too(tmp_path, endpoint, recorder, logs):
+def test_robots_with_coordinators_of_their_own_are_recorded_together(
+    tmp_path, endpoint, recorder, logs
+):
     logs()
     with Bus.router(endpoint, RUN, reliable=True) as bus:
-        process = recorder("--apart")
+        process = recorder()
         hear(process, "ready")
-        publishers = [wanted(bus, f"vehicle/{spec.name}/state") for spec in SPECS]
-        aims = wanted(bus, "vehicle/r1/target")
-        for tick in range(int(SECONDS * 20)):
-            for publisher, state in zip(publishers, states(tick), strict=True):
-                publisher.put(pack_state(state))
-            aims.put(pack_target(target(tick)))
-        part = tmp_path / "run.rrd.part"
-        wait_for(lambda: newest(part, "/phase/q3", "state") == 3.0)
-        assert end(process) == ""
+        snapshots = wanted(bus, "snapshot")
+        others = [bus.publisher(f"vehicle/r1/{what}") for what in ("state", "target")]
+        assert not any(other.wanted for other in others)  # it would hold up who waits for it
+        for tick in range(0, int(SECONDS * 20), 2):
+            for state in states(tick - tick % 40):  # their links are silent, but for a moment
+                aims = [target(tick)] if state.name == "r1" else []
+                snapshots.put(pack_snapshot(tick, tick / 20, [state], aims))
+        snapshots.put(pack_snapshot(200, math.nan, states(200), []))
+        wait_for(lambda: newest(tmp_path / "run.rrd.part", "/phase/q3", "state") == 4.0)
+        assert "snapshot: of no moment" in end(process)
     seen = read_recording(tmp_path / "run.rrd")
-    assert [t for t, _ in seen["/mode/q2"]["state"]] == [0.0, 1.0]
+    assert [t for t, _ in seen["/mode/q2"]["state"]] == [0.0, 2.0]
     assert "/world/targets/r1" in seen
+    ages = {round(t, 2): row for t, row in seen["/fleet/ages"]["scalars"]}
+    assert len(ages) == len(seen["/fleet/ages"]["scalars"])
+    assert ages[5.9] == pytest.approx([1.9] * 3)
 
 
 def test_an_interrupt_is_left_to_the_launcher_and_who_is_killed_leaves_what_there_was(
@@ -288,7 +292,7 @@ def test_a_disk_that_is_full_ends_the_recording_and_what_there_is_can_be_read(
         room = part.stat().st_size + 2000
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (room, room))
         logs()
-        assert hear(process, "lost") == "lost run.rrd.part cannot be written any more"
+        assert hear(process, "lost") == f"lost {part}: cannot be written any more"
         assert process.wait(20) == 3
     assert newest(part, "/events", "text") == 0.0
     assert not (tmp_path / "run.rrd").exists()
@@ -300,6 +304,23 @@ def test_a_recording_that_cannot_be_begun_is_told_of(tmp_path, endpoint, recorde
         process = recorder()
         assert "No space left on device" in hear(process, "lost it cannot be begun")
         assert process.wait(20) == 3
+
+
+def test_a_port_that_somebody_has_costs_the_viewers_and_not_the_recording(
+    tmp_path, endpoint, recorder, logs
+):
+    logs()
+    with socket.create_server(("127.0.0.1", 0)) as other, Bus.router(endpoint, RUN):
+        port = other.getsockname()[1]
+        process = recorder("--serve", str(port))
+        told = hear(process, "lost viewers")  # and never "serving"
+        assert told == f"lost viewers: port {port} cannot be served"
+        process.stdin.write(b"\n")
+        process.stdin.flush()
+        hear(process, "done")
+        end(process)
+    last = newest(tmp_path / "run.rrd", "/world/robots/r1", "translation")
+    assert last == pytest.approx(SECONDS, abs=0.05)
 
 
 def test_viewers_are_served_until_the_end_though_the_file_is_whole_before(

@@ -8,13 +8,13 @@ import socket
 import pytest
 
 from mavherd.gcs.recording.dashboard import Dashboard
+from mavherd.gcs.recording.served import prepare
 from mavherd.gcs.recording.viewers import (
     OTHER_BINARY,
     Viewer,
     ViewerError,
     Viewing,
     check_display,
-    prepare,
 )
 
 
@@ -51,12 +51,32 @@ def test_a_port_set_by_hand_is_had_or_refused(taken):
 
 def test_without_a_wish_the_ports_are_the_standard_ones_or_the_next_free():
     first = prepare(Viewing(web=True))
-    with socket.create_server(("127.0.0.1", first.data)):
-        second = prepare(Viewing(web=True, view_port=0))
-    assert 9876 <= first.data < second.data < 9976
+    assert 9876 <= first.data < 9976
     assert 9090 <= first.page < 9190
     assert first.source == f"rerun+http://127.0.0.1:{first.data}/proxy"
     assert first.url.startswith(f"http://127.0.0.1:{first.page}/?url=rerun%2Bhttp%3A%2F%2F127")
+    first.release()
+
+
+def test_a_port_is_held_before_anybody_listens_and_had_by_who_does():
+    held = prepare(Viewing(web=True, web_port=0))
+    with pytest.raises(ViewerError, match=rf"--view-port {held.data}: the port is taken"):
+        prepare(Viewing(web=True, view_port=held.data))
+    others = prepare(Viewing(web=True))
+    assert len({held.data, held.page, others.data, others.page}) == 4
+    others.release()
+    with socket.create_server(("127.0.0.1", held.data)):
+        pass
+    held.release()
+    again = prepare(Viewing(view_port=held.data))
+    assert again.data == held.data
+    again.release()
+
+
+def test_port_0_is_any_but_a_standard_one():
+    ports = prepare(Viewing(web=True, view_port=0, web_port=0))
+    assert not {ports.data, ports.page} & {*range(9876, 9976), *range(9090, 9190)}
+    ports.release()
 
 
 @pytest.mark.parametrize("name", ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"])

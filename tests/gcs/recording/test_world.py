@@ -8,10 +8,9 @@ import pytest
 
 pytest.importorskip("rerun")
 
-from mavherd.gcs.recording.palette import CLEARANCE, STALE
+from mavherd.gcs.recording.colours import CLEARANCE, STALE
 from mavherd.gcs.recording.stage import MANY, Stage, StagedRobot
 from mavherd.gcs.recording.stream import Stream
-from mavherd.gcs.recording.views import follow_view, map_view, top_view, world_view
 from mavherd.gcs.recording.world import World
 from mavherd.gcs.report.truth import Track
 from mavherd.scenarios.schema import Fence
@@ -278,27 +277,26 @@ def test_a_crowd_has_beliefs_targets_and_pushes_of_those_who_told(large):
     assert pushes[1.0] == [pytest.approx([0.0, 0.2, 0.0])]
 
 
-@pytest.mark.parametrize("count", [0, 1, 6, 100])
-def test_the_views_can_be_made_for_any_team(count):
-    robots = tuple(
-        StagedRobot(f"x{i}", "rover", i + 1, (2.0 * i, i, 0), (i, 9, 0)) for i in range(count)
+def test_names_of_neighbours_are_not_at_one_height(tmp_path, strict):
+    robots = [StagedRobot(f"x{i}", "rover", 7, (i, 0, 0), (i, 20, 0)) for i in range(6)]
+    stream = Stream("names", file=tmp_path / "run.rrd")
+    World(stream, Stage("x", "safe", tuple(robots), ORIGIN), colours_of(robots))
+    stream.close()
+    seen = read(tmp_path / "run.rrd")
+    flags, labels = (
+        [seen[f"/world/{what}/x{i}"]["positions"][0][1][0] for i in range(6)]
+        for what in ("flags", "labels")
     )
-    stage = Stage("x", "safe", robots, ORIGIN)
-    for view in (world_view(stage), top_view(stage)):
-        eye = view.properties["EyeControls3D"]
-        place = np.array(eye.position.as_arrow_array().to_pylist()[0])
-        target = np.array(eye.look_target.as_arrow_array().to_pylist()[0])
-        assert np.isfinite(place).all()
-        assert place[2] > 2.0
-        for robot in robots:  # in front of the eye, within its field of view
-            sight, aim = np.array(robot.start) - place, target - place
-            cosine = sight @ aim / np.linalg.norm(sight) / np.linalg.norm(aim)
-            assert cosine > np.cos(np.deg2rad(46))
-    assert map_view(stage).name == "Map"
+    assert len({round(north, 3) for _, north, _ in flags}) == 6
+    ups = [up for _, _, up in labels]
+    assert all(abs(a - b) > 0.6 for a, b in pairwise(ups))
 
 
-def test_a_close_view_goes_along_with_its_robot():
-    robot = StagedRobot("q7", "quadcopter", 7, (0, 0, 0))
-    view = follow_view(Stage("x", "safe", (robot,), ORIGIN), robot)
-    frame = view.properties["SpatialInformation"].target_frame.as_arrow_array().to_pylist()
-    assert frame == ["tf#/world/robots/q7"]
+def test_a_crowd_stands_out_from_where_it_came_from_and_goes_to(large):
+    ((_, (dot,)),) = large["/world/robots/rover"]["colors"]
+    ((_, (size,)),) = large["/world/robots/rover"]["radii"]
+    assert size <= -4  # points of the screen are negative
+    assert dot & 0xFF == 255
+    for what in ("goals", "pads", "trails"):
+        ((_, paints),) = large[f"/world/{what}/rover"]["colors"]
+        assert max(paint & 0xFF for paint in paints) < 128  # opacity

@@ -210,3 +210,21 @@ def test_colours_of_the_palette_differ_in_lightness_or_hue_enough():
     rgb = np.array([tuple(bytes.fromhex(c[1:])) for c in COLOURS], float)
     for a, b in pairwise(sorted(map(tuple, rgb))):
         assert np.linalg.norm(np.subtract(a, b)) > 60
+
+
+def test_seconds_stand_beside_a_way_until_its_robot_has_arrived(track):
+    specs = [
+        RobotSpec(name=name, kind="rover", system_id=i, start=Point(0, i), path=goal)
+        for i, (name, goal) in enumerate(
+            [("early", Goto(target=Point(4, 1))), ("late", Goto(target=Point(19, 2)))], 1
+        )
+    ]
+    tracks = [  # the one that is early goes on, as if home
+        track("early", "rover", 1, lambda t: (t, 1, 0), 20.0),
+        track("late", "rover", 2, lambda t: (t, 2, 0), 20.0),
+    ]
+    scenario = Scenario(name="two", robots=tuple(specs))
+    verdict = judge(scenario, tuple(specs), tracks, 0.0, 20.0)
+    (axes,) = plan(scenario, specs, tracks, verdict).axes
+    seconds = [text.xy for text in axes.texts if text.get_text() == "10"]
+    assert seconds == [(pytest.approx(10), pytest.approx(2))]

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from mavherd.gcs.report.contact import align
 from mavherd.gcs.report.judge import judge
 from mavherd.scenarios.paths import path_duration, reference
 from mavherd.scenarios.schema import (
@@ -36,10 +37,10 @@ def robot(name, kind, system_id, path=None, **more):
     )
 
 
-def verdict_on(tracks, *, specs=None, ready_at=0.0, ended_at=1e9, expect=None):
+def verdict_on(tracks, *, specs=None, ready_at=0.0, ended_at=1e9, expect=None, broken_off=False):
     specs = specs or tuple(robot(t.name, t.kind, t.system_id) for t in tracks)
     scenario = Scenario(name="test", robots=specs, expect=expect or Expect())
-    return judge(scenario, specs, tracks, ready_at, ended_at)
+    return judge(scenario, specs, tracks, ready_at, ended_at, broken_off=broken_off)
 
 
 @pytest.mark.parametrize(
@@ -297,6 +298,23 @@ def test_who_holds_elsewhere_has_to_get_there(track):
     assert first.arrival == pytest.approx(9 - 0.2 / 2**0.5 - 3, abs=0.02)
 
 
+def test_who_is_sent_to_its_place_is_measured_there_and_not_on_its_way(track, circling):
+    circle = robot("c", "rover", 1, CIRCLE)
+    away = robot("h", "rover", 2, Hold(at=Point(3, 30)))
+
+    def measured(begin):
+        goes = track("h", "rover", 2, lambda t: (3.1, np.clip(9 * (t - begin), 0, 30), 0), 25.0)
+        tracks, specs = [circling(circle), goes], (circle, away)
+        return verdict_on(tracks, specs=specs, ready_at=3.0).robots[1]
+
+    soon, late = measured(3.0), measured(5.0)
+    assert (soon.rmse, late.rmse) == (pytest.approx(0.1), pytest.approx(0.1))
+    end = path_duration(CIRCLE)
+    at_the_end = measured(3.0 + end - 6.0)  # it comes there less than 5 s before all is over
+    assert end - 5 < at_the_end.arrival < end
+    assert (at_the_end.rmse, measured(30.0).rmse) == (None, None)
+
+
 def test_a_log_that_ends_early_leaves_the_separation_before_it(track):
     specs = tuple(
         robot(n, "quadcopter", i, Hold(at=Point(0, i, 2))) for i, n in ((1, "a"), (2, "b"))
@@ -360,3 +378,52 @@ def test_a_robot_without_truth_fails_to_arrive_and_spoils_nothing_else(track):
     assert [r.arrived for r in verdict.robots] == [True, False]
     assert verdict.pairs == ()
     assert verdict_on([], specs=specs).collisions == ()
+
+
+def test_a_run_that_was_broken_off_decides_only_what_no_later_moment_could_change(track):
+    specs = (
+        robot("a", "rover", 1, Goto(target=Point(6, 0))),
+        robot("b", "rover", 2, Goto(target=Point(6, 3))),
+    )
+    tracks = [
+        track("a", "rover", 1, lambda t: (np.minimum(6.0, 0.5 * t), 0, 0), 13.5),
+        track("b", "rover", 2, lambda t: (0.1 * t, 3, 0), 13.5),
+    ]
+    expect = Expect(
+        collisions=0, all_arrive_within_s=30, tracking_rmse_m={"a": 1}, min_separation_m=0.5
+    )
+    run = partial(verdict_on, tracks, specs=specs, ready_at=2.0, ended_at=13.5, broken_off=True)
+    cut_short = run(expect=expect)
+    assert [a.passed for a in cut_short.assertions] == [None] * 4
+    assert not cut_short.passed
+    assert (
+        cut_short.assertions[0].text
+        == "no collision: none by the time it broke off, 11.5 s after all were ready"
+    )
+    too_late = run(expect=replace(expect, all_arrive_within_s=11, min_separation_m=4))
+    assert [a.passed for a in too_late.assertions] == [None, False, None, False]
+
+
+def test_what_a_run_had_decided_stays_decided_when_it_is_broken_off(track, circling):
+    spec = robot("c", "rover", 1, CIRCLE)
+    expect = Expect(collisions=0, all_arrive_within_s=13, tracking_rmse_m={"c": 0.11})
+    verdict = verdict_on(
+        [circling(spec, (0.1, 0, 0))], specs=(spec,), ready_at=3.0, expect=expect, broken_off=True
+    )
+    assert [a.passed for a in verdict.assertions] == [None, True, True]
+    hits = [track("a", "rover", 1, at(0)), track("b", "rover", 2, at(0.1))]
+    (collided,) = verdict_on(hits, expect=Expect(collisions=0), broken_off=True).assertions
+    assert collided.passed is False
+    (never,) = verdict_on(
+        hits, expect=Expect(all_arrive_within_s=3), ready_at=None, broken_off=True
+    ).assertions
+    assert never.passed is None
+    assert never.text.endswith("broke off, before all were ready")
+
+
+def test_tracks_of_which_none_has_begun_have_no_time_in_common(track):
+    nothing = track("a", "rover", 1, at(0), 1)
+    nothing = replace(nothing, time=nothing.time[:0], position=nothing.position[:0])
+    for tracks in ([], [nothing, nothing]):
+        time, position = align(tracks, -np.inf, np.inf)
+        assert (len(time), position.shape) == (0, (len(tracks), 3, 0))

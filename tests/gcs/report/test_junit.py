@@ -44,13 +44,14 @@ REQUIRED = {
     "testcase": {"name", "classname", "time"},
     "property": {"name", "value"},
     "failure": {"type", "message"},
+    "skipped": {"message"},
     "error": {"type", "message"},
 }
 CHILDREN = {
     "testsuites": ["testsuite"],
     "testsuite": ["properties", "testcase", "system-out", "system-err"],
     "properties": ["property"],
-    "testcase": ["failure", "error"],
+    "testcase": ["skipped", "failure", "error"],
 }
 
 
@@ -69,6 +70,7 @@ def read(text):
         ("errors", "testcase/error"),
     ):
         assert int(suite.get(counted)) == int(root.get(counted)) == len(suite.findall(path))
+    assert int(suite.get("skipped")) == len(suite.findall("testcase/skipped"))
     return suite
 
 
@@ -94,6 +96,14 @@ def test_a_run_that_was_broken_off_is_an_error_beside_its_assertions():
     assert (error.get("type"), error.text) == ("exit code 4", "timed out")
     assert suite.get("failures") == "1"
     assert suite.find("system-err").text == "tlog: none of r1"
+
+
+def test_an_assertion_that_was_not_decided_is_skipped():
+    still_open = {"name": "min_separation_m", "passed": None, "text": "0.7 m by then"}
+    suite = read(junit(REPORT | {"assertions": [still_open]}))
+    (skipped,) = suite.findall("testcase/skipped")
+    assert skipped.get("message") == "0.7 m by then"
+    assert (suite.get("failures"), suite.get("skipped")) == ("0", "1")
 
 
 def test_what_xml_cannot_say_is_left_out():

@@ -9,11 +9,12 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
-from mavherd.gcs.report import page as page_module
 from mavherd.gcs.report.figures import draw
 from mavherd.gcs.report.judge import judge
 from mavherd.gcs.report.page import page
-from mavherd.gcs.report.page_style import COLOURS, HEAT
+from mavherd.gcs.report.page_parts import table
+from mavherd.gcs.report.page_separation import collisions, separations
+from mavherd.gcs.report.page_style import COLOURS, HEAT, STYLE
 from mavherd.gcs.report.report import RunFacts, build_report
 from mavherd.gcs.report.truth import Track
 from mavherd.scenarios.schema import Expect, Goto, Point, RobotSpec, Scenario
@@ -234,6 +235,84 @@ def test_a_report_of_the_first_schema_is_still_a_page(run):
     assert "Control effort" not in text  # nothing is known of it
 
 
-def test_without_matplotlib_the_page_says_what_to_install(run, monkeypatch):
-    monkeypatch.setattr(page_module, "find_spec", lambda name: None)
-    assert "pip install 'mavherd[view]'" in Reader(page(report_of(run), [])).text
+def test_all_times_count_from_when_all_were_ready_as_those_of_the_figures_do(run):
+    report = report_of(run)
+    assert report["ready_at_s"] == 0.5
+    for tables in (separations(report), collisions(report)):
+        assert "; time since all were ready</caption>" in "\n".join(tables)
+    hit = report["collision_events"][0]["time_s"]
+    assert f'<td class="num">{hit - 0.5:.2f}</td>' in "\n".join(collisions(report))
+    nearest = report["classes"][0]["time_s"]
+    assert f'<td class="num">{nearest - 0.5:.1f}</td>' in "\n".join(separations(report))
+
+
+PROMISE = "the second run has the same digest"
+COMMAND = "mavherd run scenario.yaml --seed 7"
+
+
+@pytest.mark.parametrize("code", [0, 1, 4])
+def test_a_run_that_the_scenario_repeats_promises_its_digest(run, code):
+    text = Reader(page(report_of(run, exit_code=code), [])).text
+    assert PROMISE in text
+    assert COMMAND in text
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"script": None},
+        {"exit_code": 130, "error": "interrupted"},
+        {"exit_code": 3, "error": "r1 died"},
+        {"outside_clients": 1},
+        {"outside_clients": None},
+        {"lockstep": False, "digest": None},
+    ],
+)
+def test_a_run_that_the_scenario_may_not_repeat_promises_nothing(run, changes):
+    text = Reader(page(report_of(run, **changes), [])).text
+    assert PROMISE not in text
+    assert COMMAND in text
+
+
+def test_a_run_that_a_script_steered_is_repeated_by_the_script(run):
+    text = Reader(page(report_of(run, script=True), [])).text
+    assert PROMISE not in text
+    assert COMMAND not in text
+    assert "run your script again" in text
+
+
+def test_what_is_not_known_of_a_killed_run_is_not_made_up(run):
+    unknown = ("speed", "wall_s", "real_time_factor", "late_ticks", "outside_clients", "script")
+    report = report_of(run, ticks=270, error="the run was killed", exit_code=3)
+    html = page(report | dict.fromkeys(unknown), [])
+    assert "<dt>Real-time factor</dt><dd>&ndash;<small>lockstep</small></dd>" in html
+    for text in ("as fast as it goes", "Late ticks", "of 270", "None"):
+        assert text not in Reader(html).text
+
+
+def test_what_a_broken_off_run_has_not_decided_is_neither_passed_nor_failed(run):
+    still_open = {"name": "collisions", "passed": None, "text": "no collision: none by then"}
+    changes = {"passed": False, "error": "killed", "exit_code": 3, "assertions": [still_open]}
+    html = page(report_of(run, **changes), [])
+    assert '<b class="soft">&ndash; open</b><span>no collision: none by then' in html
+    text = Reader(html).text
+    assert "✕ Broken off" in text
+    assert "not yet" in text  # some robots are still on their way
+    for word in ("✕ Failed", "✓ pass", "✕ FAIL"):
+        assert word not in text
+
+
+def test_what_is_to_be_known_of_the_figures_is_said_with_them(run):
+    assert 'id="figures"' not in page(report_of(run), [])
+    assert (
+        "None: no robot has a track."
+        in Reader(page(report_of(run), [], "None: no robot has a track.")).text
+    )
+
+
+def test_a_table_that_is_taller_than_its_box_says_so_but_not_on_paper():
+    rows = [(f"r{k}",) for k in range(100)]
+    tall, low = ("\n".join(table("Robots", ("robot",), rows[:n])) for n in (100, 6))
+    assert '<caption>Robots<span class="scroll"> (100 rows: scroll)</span></caption>' in tall
+    assert "scroll)" not in low
+    assert ".scroll { display: none; }" in STYLE.split("@media print")[1]

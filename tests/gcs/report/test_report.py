@@ -1,6 +1,7 @@
 """The report is strict JSON, complete or absent, and a page that needs nothing else."""
 
 import json
+import os
 from importlib.util import find_spec
 
 import numpy as np
@@ -137,31 +138,64 @@ def test_states_are_a_table_with_units_that_agrees_with_the_tracks(written, run)
     assert first["rotor1_rad_s"].null_count == len(rover)
 
 
-def test_without_the_view_extra_states_are_npz_and_one_line_says_what_to_install(
-    run, tmp_path, monkeypatch
-):
+def forget_the_view_extra(monkeypatch):
     def without(name):
         return None if name in ("pyarrow", "matplotlib") else find_spec(name)
 
     monkeypatch.setattr(states_module, "find_spec", without)
     monkeypatch.setattr(report_module, "find_spec", without)
+
+
+def test_without_the_view_extra_states_are_npz_and_one_line_says_what_to_install(
+    run, tmp_path, monkeypatch
+):
+    forget_the_view_extra(monkeypatch)
     scenario, specs, tracks, verdict = run
     report = build_report(scenario, verdict, facts())
     (note,) = write_report(tmp_path, report, scenario, specs, tracks, verdict)
     assert "pyarrow" in note
     assert "matplotlib" in note
     assert "pip install 'mavherd[view]'" in note
-    assert (tmp_path / "report.html").exists()
+    assert "pip install 'mavherd[view]'" in (tmp_path / "report.html").read_text()
     with np.load(tmp_path / "states.npz") as states:
         mine = states["robot"] == "q2"
         assert states["east_m"][mine] == pytest.approx(tracks[1].position[:, 0])
         assert np.isnan(states["left_rad_s"][mine]).all()
 
 
+def test_without_the_view_extra_what_a_folder_has_stays_and_its_age_is_told(
+    written, run, monkeypatch
+):
+    folder, report, _ = written
+    scenario, specs, tracks, verdict = run
+    before = {path: path.read_bytes() for path in folder.glob("*.parquet")}
+    assert before
+    os.utime(folder / "states.parquet", (1.7e9, 1.7e9))
+    os.utime(folder / "figures" / "plan.png", (1.7e9, 1.7e9))
+    with monkeypatch.context() as patch:
+        forget_the_view_extra(patch)
+        (note,) = write_report(folder, report, scenario, specs, tracks, verdict)
+    assert note.count("2023-11-14 22:13 UTC") == 2
+    page = (folder / "report.html").read_text()
+    assert page.count("<figure>") == len(list((folder / "figures").glob("*.png"))) > 1
+    assert "figures are those drawn before, 2023-11-14 22:13 UTC" in page
+    assert {path: path.read_bytes() for path in folder.glob("*.parquet")} == before
+    assert not (folder / "states.npz").exists()
+
+
+def test_a_table_from_before_the_extra_was_installed_makes_way(run, tmp_path):
+    pytest.importorskip("pyarrow")
+    (tmp_path / "states.npz").touch()
+    states_module.write_states(tmp_path, run[2])
+    assert [path.name for path in tmp_path.glob("states.*")] == ["states.parquet"]
+
+
 def test_a_run_without_any_truth_still_gets_its_report(run, tmp_path):
     scenario, specs, _, _ = run
-    verdict = judge(scenario, specs, [], None, 0.0)
+    verdict = judge(scenario, specs, [], 1.0, 5.0)
     report = build_report(scenario, verdict, facts(digest=None, exit_code=3, error="none came up"))
-    assert write_report(tmp_path, report, scenario, specs, [], verdict) == []
+    notes = write_report(tmp_path, report, scenario, specs, [], verdict)
+    assert notes == ["no robot has a track, so no figures"]
     assert json.loads((tmp_path / "report.json").read_text())["min_separation_m"] is None
     assert "none came up" in (tmp_path / "report.html").read_text()
+    assert "no robot has a track" in (tmp_path / "report.html").read_text()

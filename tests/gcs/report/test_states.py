@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mavherd.gcs.report import states
 from mavherd.gcs.report.columns import EVENTS, QUADCOPTERS, ROVERS, STATES, VERSION, describe
 from mavherd.gcs.report.states import write_events, write_states
 from mavherd.gcs.report.truth import read_truth
@@ -97,3 +98,17 @@ def test_the_documentation_has_every_column_with_unit_and_frame():
     written = {(name, unit, frame.strip(), text) for name, unit, frame, text in rows}
     assert written == {(c.name, c.unit, c.frame, c.text) for c in (*ALL, *EVENTS)}
     assert f"schema {VERSION}" in DOCS.read_text()
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_table_that_was_broken_off_is_not_there(tmp_path, monkeypatch, error):
+    def write_a_little(part, *_):
+        part.write_bytes(b"PAR1")
+        raise error
+
+    monkeypatch.setattr(states, "_write_parquet", write_a_little)
+    folder = tmp_path / "out"
+    folder.mkdir()
+    with pytest.raises(type(error)):
+        write_states(folder, [])
+    assert not list(folder.iterdir())

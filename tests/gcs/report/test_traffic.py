@@ -73,6 +73,52 @@ def test_missing_sequence_numbers_are_lost_frames_and_a_repeated_one_is_none(log
     assert read_traffic(path, 7).link.lost == 3
 
 
+@pytest.mark.parametrize(
+    ("numbers", "lost"),
+    [
+        ((1, 2, 4, 3, 5), 0),
+        ((1, 2, 4, 3, 3, 7), 2),
+        ((254, 255, 1, 0, 2), 0),
+        ((2, 5, 3, 9), 4),
+        ((1, 4, 4, 0, 6), 3),  # one comes even before the first
+    ],
+)
+def test_frames_that_overtake_one_another_are_not_lost(log, numbers, lost):
+    told = []
+    for k, number in enumerate(numbers):
+        vehicle = Codec(7)
+        vehicle.sequence = number
+        told.append((0.1 * k, vehicle, POSITION))
+    path, _ = log(*told)
+    assert read_traffic(path, 7).link.lost == lost
+
+
+def test_more_than_half_the_numbers_may_be_lost_in_a_silence(log):
+    vehicle, later = Codec(7), Codec(7)
+    later.sequence = 200
+    path, _ = log((0.0, vehicle, POSITION), (5.0, later, POSITION))
+    assert read_traffic(path, 7).link.lost == 199
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_vehicle_that_starts_anew_has_lost_nothing(log, version):
+    before, after = Codec(7), Codec(7)
+    before.version = after.version = version
+    before.sequence, after.sequence = 200, 0
+
+    def position(seconds):
+        return mav.MAVLink_local_position_ned_message(round(1e3 * seconds), 0, 0, 0, 0, 0, 0)
+
+    path, _ = log(
+        (100.0, before, position(80.0)),
+        (100.1, before, position(80.1)),
+        (103.0, after, HEARTBEAT),
+        (103.2, after, position(0.3)),
+        (103.3, after, position(0.4)),
+    )
+    assert read_traffic(path, 7).link.lost == 0
+
+
 def test_the_longest_silence_may_be_the_last(log):
     ground, vehicle = Codec(254), Codec(7)
     times = (0.0, 0.5, 1.0)

@@ -256,8 +256,8 @@ def test_the_run_view_measures_the_way_to_go_and_keeps_the_last_event(scenario, 
     assert "r1: active" in text
 
 
-def summary(scenario, tracks, folder=Path("runs/pair-1"), width=80, **changes):
-    verdict = judge(scenario, scenario.robots, tracks, 0.0, 20.0)
+def summary(scenario, tracks, folder=Path("runs/pair-1"), width=80, cut_short=False, **changes):
+    verdict = judge(scenario, scenario.robots, tracks, 0.0, 20.0, broken_off=cut_short)
     values = {"run_id": "pair-1", "seed": 3, "law": "safe", "lockstep": True, "speed": None}
     values |= {"duration_s": 20.0, "wall_s": 2.0, "real_time_factor": 10.0, "digest": "c0ffee" * 9}
     out = console(terminal=False, width=width)
@@ -289,6 +289,21 @@ def test_the_summary_of_a_bad_run_says_what_failed(scenario, track):
     for part in ("FAIL", "no collision: 1", "did not", "partial", "4 of 0 ticks late"):
         assert part in text
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_the_summary_of_a_run_that_was_broken_off_leaves_open_what_it_has_not_decided(
+    scenario, track
+):
+    tracks = [track(f"r{i}", "rover", i, lambda t, i=i: (3 * i, 4, 0)) for i in (1, 2)]
+    text = summary(scenario, tracks, cut_short=True, error="interrupted", exit_code=130)
+    assert "open no collision: none by the time it broke off" in text
+    assert " ok " not in text
+
+
+def test_a_recording_with_nothing_in_it_is_not_to_be_watched(scenario, track, tmp_path):
+    (tmp_path / "run.rrd.part").touch()
+    tracks = [track(f"r{i}", "rover", i, lambda t, i=i: (3 * i, 4, 0)) for i in (1, 2)]
+    assert "mavherd view" not in summary(scenario, tracks, folder=tmp_path)
 
 
 def test_the_summary_says_what_is_missing_and_how_to_watch(scenario, track, tmp_path):

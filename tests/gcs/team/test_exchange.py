@@ -124,6 +124,18 @@ def test_the_only_coordinator_shows_all_states_and_targets_ten_times_a_second(bu
     assert {target.time for target in snapshots[-1].targets} == {snapshots[-1].now}
 
 
+def test_of_several_coordinators_each_shows_its_own_vehicles(bus):
+    watched = listen(bus, "snapshot")
+    for own in (NAMES[:2], NAMES[2:]):
+        _, exchange = coordinator(bus, *own)
+        for now in (0.0, PERIOD):
+            exchange.offer(now)
+            exchange.publish_targets()
+        ((_, data),) = watched.drain()
+        shown = unpack_snapshot(data)
+        assert ([state.name for state in shown.states], shown.now) == ([*own], PERIOD)
+
+
 def test_a_crowd_is_shown_at_half_the_rate(bus, monkeypatch):
     monkeypatch.setattr("mavherd.gcs.team.exchange.CROWD", len(NAMES) - 1)
     core, exchange = coordinator(bus)

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("rerun")
 
-from mavherd.gcs.progress import Bar
+from mavherd.gcs.patience import Bar
 from mavherd.gcs.recording.outside.convert import convert_logs
 from mavherd.gcs.recording.outside.logs import LogError
 from mavherd.transport.mavlink import Codec, mav

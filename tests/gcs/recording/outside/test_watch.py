@@ -195,6 +195,85 @@ def test_without_any_position_attitude_is_shown_all_the_same(tmp_path, read):
     assert len(turned) > 50
 
 
+def attitudes(at, boot_ms, roll=0.3):
+    servos = mav.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *[1500] * 8)
+    return at, "a", sent_by(1, mav.MAVLink_attitude_message(boot_ms, roll, *[0] * 5), servos)
+
+
+def test_without_a_position_any_more_it_turns_where_it_was(tmp_path, read):
+    moving = [
+        (t / 4, "a", sent_by(1, heartbeat(2), local(250 * t + 1, t / 4, 0, -2))) for t in range(21)
+    ]
+    turning = [attitudes(t / 4, 250 * t + 2, roll=t / 100) for t in range(80)]
+    recording, _ = record(tmp_path, read, *moving, *turning, until=21)
+    rows = recording.rows("/world/robots/sys1/body", "Transform3D:quaternion")
+    late = [(t, quaternion[0][0]) for t, quaternion in rows if 10 < t < 19]
+    assert len(late) > 100
+    assert late[-1][1] - late[0][1] == pytest.approx(0.122, abs=0.005)
+    time, place = recording.positions("sys1")
+    assert place[time > 10] == pytest.approx(np.tile([0, 5, 2], (sum(time > 10), 1)), abs=0.05)
+
+
+@pytest.mark.parametrize("tells", ["positions", "attitudes", "servos"])
+def test_of_what_goes_on_alone_no_more_is_kept_than_is_needed(tmp_path, tells):
+    outside = Outside(Stream("long", file=tmp_path / "long.rrd"), "long")
+    for m in sent_by(1, heartbeat(2), local(1, 0, 0, 0)):
+        outside.hear(m, "a", 0.0)
+    vehicle = outside.vehicles[1]
+    kept = []
+    for step in range(1, 200):
+        _, _, messages = attitudes(0, 250 * step)
+        if tells == "positions":
+            messages = sent_by(1, local(250 * step, 1, 0, 0))
+        for m in messages:
+            if tells != "servos" or m.get_type() == "SERVO_OUTPUT_RAW":
+                outside.hear(m, "a", step / 4)
+        outside.flush(step / 4)
+        series = vehicle.velocities, vehicle.attitudes, vehicle.rates, vehicle.servos
+        kept.append(max(map(len, series)))
+    outside.close(50.0)
+    assert max(kept) < 40
+    assert vehicle.heard > 180
+
+
+@pytest.fixture
+def plots(tmp_path, read, monkeypatch):
+    """Record what is heard; return the titles of the plots that are laid out at the end."""
+    laid_out = []
+    monkeypatch.setattr(Stream, "blueprint", lambda _, layout: laid_out.append(layout))
+
+    def titles(part):
+        own = [part.name] if type(part).__name__ == "TimeSeriesView" else []
+        return own + [
+            t for p in getattr(part, "contents", ()) if hasattr(p, "name") for t in titles(p)
+        ]
+
+    def run(*flow):
+        record(tmp_path, read, *flow, until=12)
+        return [title.partition(",")[0] for title in titles(laid_out[-1].root_container)]
+
+    return run
+
+
+def test_at_the_end_there_is_a_plot_of_nothing_that_nobody_told(plots):
+    turning = [attitudes(t / 4, 250 * t + 2) for t in range(40)]
+    alone = plots((0, "a", sent_by(1, heartbeat(2))), *turning)
+    assert alone == ["Silent for", "Messages", "Attitude", "Heading", "Servo outputs 1 to 4"]
+
+
+def test_two_that_tell_where_they_are_have_a_separation(plots):
+    flow = [
+        (t, f"{i}", sent_by(i, heartbeat(2), local(1000 * t + 1, i, 0, -1)))
+        for t in range(10)
+        for i in (1, 2)
+    ]
+    titles = plots(*flow)
+    assert titles[:3] == ["Speed", "Height", "Smallest separation"]
+    assert titles[-2:] == ["Speed", "Height"]
+    assert "Off target" not in titles
+    assert "Battery" not in titles
+
+
 def test_long_texts_are_joined(tmp_path, read):
     chunks = ["x" * 50, "y" * 50, "end"]
     texts = [
