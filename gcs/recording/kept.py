@@ -1,13 +1,14 @@
 """The file of a recording that goes on: what was handed over to it is there, whatever comes."""
 
 import os
-from contextlib import suppress
 from pathlib import Path
 
 from .compact import compact
 from .stream import RecordingError, Stream
 
-_FLUSH_S = 5.0  # for what was recorded to reach the file
+_FLUSH_S = 3.0  # for what was recorded to reach the file
+_LAST_FLUSH_S = 15.0
+_TRIES = 3  # times in a row that it did not, and the file is given up
 
 
 class KeptFile:
@@ -18,24 +19,27 @@ class KeptFile:
         self._whole = whole
         self._part = part_of(whole)
         self._safe = 0  # bytes that can be read
+        self._late = 0  # times in a row
 
-    def hand_over(self) -> None:
+    def hand_over(self, patience_s: float = _FLUSH_S, tries: int = _TRIES) -> None:
         """Have all that was recorded reach the file; raise RecordingError when it cannot.
 
         The file then holds what was handed over before, and nothing is written to it any more.
         """
         try:
-            self._stream.flush_file(_FLUSH_S)
+            in_time = self._stream.flush_file(patience_s)
+            self._late = 0 if in_time else self._late + 1
+            if self._late >= tries:
+                raise self._stream.lost()
         except RecordingError:
-            with suppress(RecordingError):
-                self._stream.end_file(_FLUSH_S)
             os.truncate(self._part, self._safe)
             raise
-        self._safe = self._part.stat().st_size
+        if in_time:
+            self._safe = self._part.stat().st_size
 
     def finish(self, *, in_hurry: bool) -> None:
-        """Complete the file and, if there is time, make it small."""
-        self.hand_over()
+        """Complete the file and, if there is time, make it small; see `hand_over`."""
+        self.hand_over(_LAST_FLUSH_S, tries=1)
         self._stream.end_file()
         self._part.rename(self._whole)
         if not in_hurry:

@@ -4,6 +4,7 @@ Nothing here waits for a viewer. The server listens on loopback, keeps what view
 must have, and forgets the oldest beyond a limit.
 """
 
+import ctypes
 import re
 import shutil
 import socket
@@ -97,14 +98,20 @@ class Stream:
         for rec in self._recs():
             rec.send_recording_name(title)
 
-    def flush_file(self, patience_s: float = 1.0) -> None:
-        """Hand what was recorded to the file; raise RecordingError when it takes no more."""
+    def flush_file(self, patience_s: float = 1.0) -> bool:
+        """Hand what was recorded to the file; return whether that was done in time.
+
+        Raises RecordingError when the file takes no more. Now and then Rerun does not notice that,
+        and no flush is ever done again.
+        """
         if self._file is not None:
             try:
                 self._file.flush(timeout_sec=patience_s)
             except RuntimeError as error:
                 if _ENDED in str(error):
-                    raise self._lost() from None
+                    raise self.lost() from None
+                return False
+        return True
 
     def flush_served(self, patience_s: float = 1.0) -> None:
         """Hand what was recorded to the viewers; raise RecordingError when none can be served."""
@@ -127,19 +134,23 @@ class Stream:
 
         Raises RecordingError when that cannot be written.
         """
-        file, self._file = self._file, None
-        if file is not None:
+        if self._file is not None:
             try:
-                _end(file, patience_s)
+                self._file.flush(timeout_sec=patience_s)
             except RuntimeError:
-                raise self._lost() from None
+                raise self.lost() from None
+            self._file.disconnect()
+            self._file = None
 
     def end_served(self) -> None:
         """Let no viewer come any more; they keep what they have."""
         served, self._served = self._served, None
         if served is not None:
-            with suppress(RuntimeError):  # they got what they got
-                _end(served, _PATIENCE_S)
+            try:
+                with suppress(RuntimeError):  # they got what they got
+                    served.flush(timeout_sec=_PATIENCE_S)
+            finally:
+                served.disconnect()
 
     def close(self) -> None:
         """End the recording; raises RecordingError when the file has not got all of it."""
@@ -157,8 +168,16 @@ class Stream:
                     file.unlink()
             raise MavherdError(f"{file}: cannot be written: {_cause(error)}") from None
 
-    def _lost(self) -> RecordingError:
-        """Return what is said of a file that takes no more."""
+    def lost(self) -> RecordingError:
+        """Give up the file; return what is said of it.
+
+        Rerun may wait for ever for one that takes no more: to disconnect, when the stream is let go
+        of, and when Python ends.
+        """
+        if self._file is not None:
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._file))  # is never let go of
+            self._file = None
+            self._rr.unregister_shutdown()
         if shutil.disk_usage(self._path.parent).free < _FULL_BYTES:
             return RecordingError(f"{self._path}: the disk is full")
         return RecordingError(f"{self._path}: cannot be written any more")
@@ -174,13 +193,6 @@ class Stream:
 
     def _recs(self) -> list[Any]:
         return [rec for rec in (self._file, self._served) if rec is not None]
-
-
-def _end(rec: Any, patience_s: float) -> None:
-    try:
-        rec.flush(timeout_sec=patience_s)
-    finally:
-        rec.disconnect()
 
 
 def _cause(error: RuntimeError) -> str:
