@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...transport.errors import MavherdError, VehicleError
 from ..complaint import INSTALL, complain
+from ..ctrl_c import noted_stops
 
 if TYPE_CHECKING:
     from ...transport.connect import Address
@@ -144,18 +145,15 @@ def listen(
     goes_on: Callable[[], bool] | None = None,
 ) -> None:
     """Say who is listened to, and do it until Ctrl-C, or the end of the duration."""
-    from ...vehicles.brood import heed_stops
-
-    heed_stops()
     for address in sources:
         verb = "listening at" if address.scheme == "udpin" else "calling"
         only = ", this machine only" if address.scheme == "udpin" and address.loopback else ""
         complain(f"{verb} {address.text}{only}")
     complain(_FAREWELL)
-    try:
-        watch.run(getattr(args, "duration", None), goes_on)
-    except KeyboardInterrupt:
-        complain("")  # after ^C
+    with noted_stops() as stopped:
+        watch.run(stopped, getattr(args, "duration", None), goes_on)
+        if stopped():
+            complain("")  # after ^C
 
 
 def conclude(watch: "Watch", output: Path | None) -> int:

@@ -3,18 +3,15 @@
 import argparse
 import json
 import os
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from ...transport.errors import MavherdError, VehicleError
 from ..complaint import INSTALL, deliver
-from ..ctrl_c import presses
+from ..ctrl_c import noted_stops
 
 if TYPE_CHECKING:
     from ..sweep.sweep import Sweep
@@ -86,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         raise MavherdError(f"a sweep writes its table with pyarrow, which is missing ({INSTALL})")
     console = QuietConsole()
     with SweepView(console) as view:
-        with _signals() as interrupted:
+        with noted_stops() as interrupted:
 
             def checked(points: int, of: int) -> None:
                 if interrupted():
@@ -183,7 +180,7 @@ def _conduct(sweep: "Sweep", jobs: int, view: "SweepView") -> dict[str, object]:
         return LocalPool(task, min(jobs, sweep.plan.runs), view.note, interrupted)
 
     view.note(f"sweep folder {sweep.folder}")
-    with _signals() as interrupted:
+    with noted_stops() as interrupted:
         sweep.conduct(engine, view, interrupted)
     view.finished()
     try:
@@ -193,22 +190,3 @@ def _conduct(sweep: "Sweep", jobs: int, view: "SweepView") -> dict[str, object]:
     except KeyboardInterrupt:
         raise SweepInterruptedError(sweep.folder, sweep.plan.runs, sweep.plan.runs) from None
     return told
-
-
-@contextmanager
-def _signals() -> Iterator[Callable[[], bool]]:
-    """Note signals that end programs instead of falling over them; yield whether one came."""
-    came = [signal.SIGINT] * presses()  # while we were imported
-    ends = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # not under nohup
-        ends.append(signal.SIGHUP)
-
-    def note(signum: int, frame: FrameType | None) -> None:
-        came.append(signal.Signals(signum))
-
-    before = {each: signal.signal(each, note) for each in ends}
-    try:
-        yield lambda: bool(came)
-    finally:
-        for signum, handler in before.items():
-            signal.signal(signum, handler)

@@ -28,7 +28,8 @@ class FlownRun:
     folder: Path
     settings: Mapping[str, Any]  # the scenario as resolved, by the keys that `--set` takes
     vehicles: Mapping[str, int]  # system ids by name, in order of system id
-    report: Mapping[str, Any]
+    report: Mapping[str, Any]  # {}: there is none, or it is damaged
+    damaged: bool = False  # report.json is there, but none
 
     def log(self, vehicle: str) -> Path:
         """Return the log of a vehicle's link: a `.part` when its run did not end properly."""
@@ -61,7 +62,7 @@ class FlownRun:
 def open_run(folder: Path) -> FlownRun:
     """Return what was flown in `folder`. Raises MavherdError when that is no run's folder."""
     check_folder(folder)
-    report = read_report(folder) or {}
+    report = read_report(folder)
     scenario = folder / "scenario.yaml"
     settings = _flat(parse(read_text(scenario), str(scenario)))
     ids = {
@@ -72,7 +73,13 @@ def open_run(folder: Path) -> FlownRun:
     if not ids or not all(isinstance(value, int) for value in ids.values()):
         raise RunFolderError(f"{scenario}: it has no robots with system ids (not a run's?)")
     vehicles = dict(sorted(ids.items(), key=lambda pair: pair[1]))
-    return FlownRun(folder=folder, settings=settings, vehicles=vehicles, report=report)
+    return FlownRun(
+        folder=folder,
+        settings=settings,
+        vehicles=vehicles,
+        report=report or {},
+        damaged=report == {},
+    )
 
 
 def _epoch(first_us: int) -> int:

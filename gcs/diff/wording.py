@@ -124,7 +124,11 @@ def _preface(d: RunDifference) -> Iterator[str]:
 def _notes(run: FlownRun) -> Iterator[str]:
     report = run.report
     if not report:
-        yield "no report.json (it was killed, or goes on)"
+        yield (
+            "report.json: this is not a run's report (`mavherd report` writes it again)"
+            if run.damaged
+            else "no report.json (it was killed, or goes on)"
+        )
     if not run.lockstep:
         yield (
             "ran free: such runs follow the wall clock and are never equal byte for byte;"

@@ -149,7 +149,7 @@ def test_vehicles_are_shown_live_in_a_browser(sandbox, vehicle):
             return False
 
     sandbox.wait_for(answers, "the page")
-    assert shown.stop() == 0
+    assert shown.stop() == 0, shown.said
 
 
 def test_a_port_that_is_taken_is_one_clear_line(sandbox):

@@ -437,15 +437,19 @@ def refusal(capsys, a, b):
 def test_what_is_no_run_folder_is_refused(tmp_path, capsys):
     run = flown(tmp_path / "run", {"rover1": usual()})
     assert "no such folder" in refusal(capsys, run, tmp_path / "nowhere")
-    for name, text in (("1", "[]"), ("2", "{")):
-        broken = _broken(tmp_path / name, "report.json", text)
-        assert "report.json: this is not a run's report" in refusal(capsys, run, broken)
     assert "no robots" in refusal(capsys, run, _broken(tmp_path / "3", "scenario.yaml", "a: 1"))
     assert "not YAML" in refusal(capsys, run, _broken(tmp_path / "4", "scenario.yaml", "a: ["))
     torn = _broken(tmp_path / "5", "vehicles/rover1/rover1.tlog", "this is no telemetry log")
     assert "not a tlog" in refusal(capsys, run, torn)
     (torn / "vehicles/rover1/rover1.tlog").unlink()
     assert "rover1.tlog: No such file" in refusal(capsys, run, torn)
+
+
+@pytest.mark.parametrize("text", ["[]", "{", "{}"])
+def test_a_damaged_report_is_told_and_the_logs_are_compared(tmp_path, capsys, text):
+    run = flown(tmp_path / "run", {"rover1": usual()})
+    assert main(["diff", str(run), str(_broken(tmp_path / "b", "report.json", text))]) == 0
+    assert "B: report.json: this is not a run's report" in capsys.readouterr().out
 
 
 def _broken(folder: Path, name: str, text: str) -> Path:

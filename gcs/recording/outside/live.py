@@ -74,11 +74,19 @@ class Watch:
         """Seconds since the beginning."""
         return time.monotonic() - self._started
 
-    def run(self, duration: float | None = None, goes_on: Callable[[], bool] | None = None) -> None:
-        """Record until the time is over, or nobody looks; KeyboardInterrupt passes through."""
+    def run(
+        self,
+        stopped: Callable[[], bool],
+        duration: float | None = None,
+        goes_on: Callable[[], bool] | None = None,
+    ) -> None:
+        """Record until it is `stopped`, the time is over, or nobody looks.
+
+        An exception in between, as Ctrl-C would be, could leave a vehicle half told of.
+        """
         outside, lines = self.outside, self._lines
         flush_at = 0.0
-        while duration is None or self.now < duration:
+        while not stopped() and (duration is None or self.now < duration):
             with contextlib.suppress(OSError, ValueError):  # a line was just lost
                 select.select(lines.sockets(), [], [], _LOOK_S)
             now = self.now
