@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..report.contact import CLASSES, align, pair_class, separations
+from ..report.contact import align, smallest_by_class
 from ..report.truth import Floats
 from .lineup import ComparedRun
 
@@ -23,12 +23,7 @@ def nearness(run: ComparedRun) -> Nearness:
     tracks = run.tracks
     time, position = align(tracks, run.ready_at, run.done_at, RATE_HZ)
     kinds = [track.kind for track in tracks]
-    smallest = {label: np.full(len(time), np.inf) for label in CLASSES}
-    for i in range(len(tracks) - 1):
-        _, squared = separations(kinds, position, i, slice(i + 1, len(tracks)))
-        for row, kind in zip(squared, kinds[i + 1 :], strict=True):
-            best = smallest[pair_class(kinds[i], kind)]
-            np.minimum(best, row, out=best)
+    smallest = smallest_by_class(kinds, position)
     seen = {label: row for label, row in smallest.items() if np.isfinite(row).any()}
-    metres = {label: np.sqrt(np.where(np.isfinite(r), r, np.nan)) for label, r in seen.items()}
+    metres = {label: np.where(np.isfinite(r), r, np.nan) for label, r in seen.items()}
     return Nearness(time - run.ready_at, metres)

@@ -178,3 +178,17 @@ def _vertical_gap(a: Body, b: Body, up: NDArray[np.float64]) -> Floats:
 
 def _other(kind: str) -> str:
     return "quadcopter" if kind == "rover" else "rover"
+
+
+def smallest_by_class(kinds: Sequence[str], position: Floats) -> dict[str, Floats]:
+    """Return the smallest separation of each class at each time, m; inf: no two at one level.
+
+    `position` is (robots, 3, times) in ENU, as `align` gives it.
+    """
+    smallest = {label: np.full(position.shape[-1], np.inf) for label in CLASSES}
+    for i in range(len(kinds) - 1):
+        _, squared = separations(kinds, position, i, slice(i + 1, len(kinds)))
+        for row, kind in zip(squared, kinds[i + 1 :], strict=True):
+            best = smallest[pair_class(kinds[i], kind)]
+            np.minimum(best, row, out=best)
+    return {label: np.sqrt(row) for label, row in smallest.items()}

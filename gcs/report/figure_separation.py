@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...scenarios.schema import RobotSpec
-from .contact import CLASSES, align, contact_distance, pair_class, separations
+from .contact import align, contact_distance, smallest_by_class
 from .figure_style import (
     CLASS_COLOUR,
     INK,
@@ -58,13 +58,7 @@ def _smallest_by_class(
     ready = verdict.ready_at or 0.0
     time, position = align(tracks, ready, verdict.ended_at, RATE_HZ)
     kinds = [track.kind for track in tracks]
-    smallest = {label: np.full(len(time), np.inf) for label in CLASSES}
-    for i in range(len(tracks) - 1):
-        _, squared = separations(kinds, position, i, slice(i + 1, len(tracks)))
-        for row, kind in zip(squared, kinds[i + 1 :], strict=True):
-            best = smallest[pair_class(kinds[i], kind)]
-            np.minimum(best, row, out=best)
-    return time - ready, {label: np.sqrt(s) for label, s in smallest.items()}
+    return time - ready, smallest_by_class(kinds, position)
 
 
 def _heading(label: str, verdict: Verdict) -> tuple[str, str]:
