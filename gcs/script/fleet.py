@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from ...scenarios.errors import did_you_mean
 from ...scenarios.loader import load_scenario
@@ -22,6 +22,9 @@ from .survey import survey, team_of
 from .values import Event
 from .vehicle import Vehicle
 from .waiting import DEFAULT_S, Waiting
+
+if TYPE_CHECKING:
+    from ..recording.viewers import Viewing
 
 AT_END = ("land", "hold", "return", "leave")
 
@@ -52,6 +55,7 @@ class Fleet:
         set: Sequence[str] = (),
         out: str | Path = "runs",
         record: bool = False,
+        view: bool = False,
         at_end: str = "land",
         confirm: bool = False,
     ) -> "Fleet":
@@ -61,6 +65,7 @@ class Fleet:
         paths, and begin when yours are armed and up. In `lockstep` (default, unless a vehicle is
         external) time passes only while the script waits: as fast as it goes, or `speed` times
         real time, and the same each time. `set=["team.law=off"]` changes keys as `--set` does.
+        With `view` Rerun's viewer shows it live, at real time unless `speed` is given.
         `confirm` is needed when vehicles are not on this machine.
         """
         _check_end(at_end)
@@ -81,7 +86,11 @@ class Fleet:
         if speed is not None and not locked:
             raise FleetError("speed: a free-running fleet follows the wall clock (leave it out)")
         permit(addresses, given.fence, None if confirm else "confirm=True")
-        options = RunOptions(lockstep=locked, speed=speed, record=record, out=Path(out))
+        if view and locked and speed is None:
+            speed = 1.0
+        options = RunOptions(
+            lockstep=locked, speed=speed, record=record, viewing=_viewing(view), out=Path(out)
+        )
         return cls(Stage(_for_a_script(given, ours), options, ours), at_end)
 
     @classmethod
@@ -95,6 +104,7 @@ class Fleet:
         timeout: float = 60.0,
         out: str | Path = "runs",
         record: bool = False,
+        view: bool = False,
         at_end: str = "land",
         confirm: bool = False,
     ) -> "Fleet":
@@ -103,7 +113,8 @@ class Fleet:
         Waits until a vehicle is heard at each address, or `expect_count` in all, and until they
         know where they are. They are called quad1, quad2, rover1, ... by kind in order of system
         id. Positions count from `origin`, else from where the first one's own frame begins.
-        `confirm` and a `fence` are needed when an address is not on this machine's loopback.
+        `view` shows it live. `confirm` and a `fence` are needed when an address is not on this
+        machine's loopback.
         """
         named = {f"address {n}": text for n, text in enumerate(addresses, 1)}
         permit(named, fence, None if confirm else "confirm=True")
@@ -112,7 +123,8 @@ class Fleet:
         try:
             team = team_of(known, origin=origin, fence=fence, law=law, timeout=timeout)
             check_laws(team)
-            options = RunOptions(lockstep=False, record=record, out=Path(out))
+            viewing = _viewing(view)
+            options = RunOptions(lockstep=False, record=record, viewing=viewing, out=Path(out))
             return cls(Stage(team, options, list(known), board), at_end)
         except BaseException:
             board.close()
@@ -241,6 +253,14 @@ class Fleet:
 def _check_end(at_end: str) -> None:
     if at_end not in AT_END:
         raise FleetError(f"at_end: {at_end!r} is none of {', '.join(AT_END)}")
+
+
+def _viewing(view: bool) -> "Viewing | None":
+    if not view:
+        return None
+    from ..recording.viewers import Viewing
+
+    return Viewing(native=True)
 
 
 def _for_a_script(scenario: Scenario, ours: Sequence[str]) -> Scenario:

@@ -24,6 +24,8 @@ from .signals import Signals
 from .values import Event
 from .waiting import SILENT_S
 
+_LOOK_S = 0.2  # of wall time between two looks at recorder and viewer
+
 
 class Stage:
     """Everything behind a `Fleet`, from opening to report; for one thread."""
@@ -46,6 +48,7 @@ class Stage:
         self._ground: Ground | None = None
         self._pace: Pace | None = None
         self._began = 0.0
+        self._look_at = 0.0  # on the wall clock
         self._closed = False
 
     @property
@@ -81,6 +84,7 @@ class Stage:
         """Let one coordination period pass."""
         with self._signals.guard():
             self.pace.step()
+            self._look_after_recording()
 
     def close(self, at_end: str, error: BaseException | None) -> None:
         """Bring vehicles to rest, end everything, report; never masks the `error` it ends with."""
@@ -93,6 +97,7 @@ class Stage:
             self._end_time,
             self._stop,
             lambda: self._report(error or (failures[0] if failures else None)),
+            lambda: self._end_show(hurry=error is not None),
         ]
         for step in steps:
             try:
@@ -134,6 +139,13 @@ class Stage:
             self._pace = LockstepPace(run, clock, ground)
         elif isinstance(clock, FreeRun):
             self._pace = FreePace(run, clock, ground)
+
+    def _look_after_recording(self) -> None:
+        wall = time.monotonic()
+        if self._run and wall > self._look_at:
+            with self.pace.lock:
+                self._run.look_after_recording()
+            self._look_at = wall + _LOOK_S
 
     def _known(self) -> dict[str, tuple[Member, Scripted]]:
         """Let time pass until every vehicle may be steered and its place is known."""
@@ -234,6 +246,10 @@ class Stage:
             case _:
                 code, text = FAILED, f"the script ended with {type(error).__name__}: {error}"
         self.outcome = run.conclude(code, text)
+
+    def _end_show(self, *, hurry: bool) -> None:
+        if self._run:
+            self._run.end_show(hurry=hurry)
 
 
 class _Log(Unseen):
