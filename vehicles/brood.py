@@ -32,22 +32,28 @@ def heed_stops() -> None:
 
 
 def rear(processes: Sequence[VehicleProcess], serve: Serve, keeper: socket.socket) -> NoReturn:
-    """Fork a child for each vehicle and wait: for KeyboardInterrupt, or the end of one of them.
+    """Fork a child for each vehicle and wait: for a signal to stop, or the end of one of them.
 
     `keeper` is the parent's end of what the processes have as their control sockets. Whatever
-    happens, no child is left; raises VehicleError when one has ended by itself.
+    happens, no child is left; raises VehicleError when one has ended by itself, else
+    KeyboardInterrupt. Signals are blocked from here on: none can come between us and the children.
     """
     children: dict[int, str] = {}
     gc.freeze()
+    stops = {each for each in _STOPS if signal.getsignal(each) is not signal.SIG_IGN}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*_STOPS, signal.SIGCHLD})
     try:
         for process in processes:
-            children[_fork(process, processes, serve, keeper)] = process.vehicle.config.name
+            pid = _fork(process, processes, serve, keeper, before)
+            children[pid] = process.vehicle.config.name
         for process in processes:
             process.close()
-        ended = os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOWAIT)  # `_stop` alone takes them away
-        assert ended is not None  # noqa: S101 for the type checker: we did not say WNOHANG
-        name = children[ended.si_pid]
-        raise VehicleError(f"{name} ended by itself ({_how(ended)}); the others have been stopped")
+        while signal.sigwait({*stops, signal.SIGCHLD}) == signal.SIGCHLD:  # stops come first
+            # who was frozen or thawed has not ended; `_stop` alone takes them away
+            if ended := os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOWAIT | os.WNOHANG):
+                who = f"{children[ended.si_pid]} ended by itself ({_how(ended)})"
+                raise VehicleError(f"{who}; the others have been stopped")
+        raise KeyboardInterrupt
     finally:
         _stop(children, keeper)
 
@@ -57,21 +63,20 @@ def _fork(
     processes: Sequence[VehicleProcess],
     serve: Serve,
     keeper: socket.socket,
+    mask: set[int | signal.Signals],
 ) -> int:
-    """Return the pid of a new child; a signal that comes meanwhile waits."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOPS)
+    """Return the pid of a new child, which blocks the signals of `mask` only."""
     pid = os.fork()
     if pid == 0:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends these to everybody:
         signal.signal(signal.SIGHUP, signal.SIG_IGN)  # the parent decides
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         keeper.close()
         for other in processes:
             if other is not process:
                 other.close()
         _be_child(process, serve)
-    signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return pid
 
 
@@ -98,9 +103,7 @@ def _how(ended: os.waitid_result) -> str:
 
 
 def _stop(children: dict[int, str], keeper: socket.socket) -> None:
-    """End every child, and wait for it; more signals change nothing."""
-    for each in _STOPS:
-        signal.signal(each, signal.SIG_IGN)
+    """End every child, and wait for it."""
     keeper.close()
     deadline = time.monotonic() + _GRACE_S
     while children and time.monotonic() < deadline:

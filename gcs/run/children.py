@@ -138,7 +138,7 @@ class Nursery:
         self.costs[message["exited"]] = message["cpu_s"]
         return None
 
-    def exit_code(self, pid: int, timeout: float = 1.0) -> int | None:
+    def exit_code(self, pid: int, timeout: float) -> int | None:
         """Return how the vehicle `pid` ended, None when that is not known in time."""
         self.hear_exits([pid], timeout)
         return self._exits.get(pid)

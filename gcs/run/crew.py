@@ -26,6 +26,7 @@ from .view import Step
 
 _RECORDER_END_S = 20.0
 _TELL_S = 0.5  # for the nursery to tell how vehicles have ended that have said their last word
+_CAUSE_S = 10.0  # to learn how a process has ended that is gone
 _TOLD = 4  # times, while vehicles start
 _MORE_S = 0.2  # in a hurry, for vehicles to end, then for the nursery, then for the recorder
 
@@ -303,7 +304,7 @@ class Crew:
         """Return how a process has ended, and where it may have said why."""
         if died.pid is None:
             at = [c.name for c in self.coordinators].index(died.name)
-            who, code = died.name, self._children[at].wait(1.0)
+            who, code = died.name, self._children[at].wait(_CAUSE_S)
             log = self._folder / "launcher.txt"
         else:
             who, code = f"{died.name} (pid {died.pid})", self._exit_code(died.pid)
@@ -312,4 +313,4 @@ class Crew:
         return f"{who} {how_it_ended(code)} at {died.now:.2f} s{hint}"
 
     def _exit_code(self, pid: int) -> int | None:
-        return self._nursery.exit_code(pid) if self._nursery else None
+        return self._nursery.exit_code(pid, _CAUSE_S) if self._nursery else None
