@@ -19,6 +19,7 @@ from ..station import Question, Station, stack_of
 
 RATE_HZ = 5.0  # of telemetry: enough to look at
 _LOOK_S = 0.1  # between two looks at what has to be sent
+_STILL_S = 0.3  # of one look; a machine that stands still for longer does not listen meanwhile
 _LINGER_S = 3.0  # after all is well, for what is only told for information
 
 
@@ -53,7 +54,8 @@ class Inspection:
         self._stations = {name: _station(spec, scenario) for name, spec in self._specs.items()}
         self._inquiries = {name: Inquiry(s) for name, s in self._stations.items()}
         self._fences: dict[str, Mapping[str, Question]] = {}
-        self._begun = time.monotonic()
+        self.now = 0.0  # seconds in which we have listened
+        self._looked_at = time.monotonic()
         self._ready_at: float | None = None
         self.board = Switchboard(
             {
@@ -63,11 +65,6 @@ class Inspection:
             }
         )
 
-    @property
-    def now(self) -> float:
-        """Seconds since the lines were opened."""
-        return time.monotonic() - self._begun
-
     def listen(self, seconds: float) -> None:
         """Take in what comes in this time, and ask for what is still to be told."""
         end = self.now + seconds
@@ -76,6 +73,8 @@ class Inspection:
                 if data := station.transmit(self.now):
                     self.board.send(name, data)
             select.select(self.board.sockets(), [], [], min(left, _LOOK_S))
+            before, self._looked_at = self._looked_at, time.monotonic()
+            self.now += min(self._looked_at - before, _STILL_S)
             for name, frames in self.board.receive():
                 self._stations[name].receive(frames, self.now)
 

@@ -113,18 +113,24 @@ class Stream:
                 return False
         return True
 
-    def flush_served(self, patience_s: float = 1.0) -> None:
-        """Hand what was recorded to the viewers; raise RecordingError when none can be served."""
+    def flush_served(self, patience_s: float = 1.0) -> bool:
+        """Hand what was recorded to the viewers; return whether that was done in time.
+
+        Raises RecordingError when none can be served.
+        """
         if self._served is not None:
             try:
                 self._served.flush(timeout_sec=patience_s)
             except RuntimeError as error:
                 if _ENDED in str(error):
                     raise RecordingError(f"port {self._port} cannot be served") from None
+                return False
+        return True
 
     def answers(self) -> bool:
         """Return whether viewers may come; raise RecordingError when none ever may."""
-        self.flush_served()  # first: whoever else has the port would answer, too
+        if not self.flush_served():  # first: whoever else has the port would answer, too
+            return False
         with suppress(OSError), socket.create_connection((LOOPBACK, self._port or 0), 1.0):
             return True
         return False

@@ -46,17 +46,15 @@ def test_what_is_recorded_is_read_back_over_sim_time_alone(tmp_path, strict, rea
     assert names == {"sim_time"}
 
 
-def test_the_file_is_complete_while_viewers_are_served_on(tmp_path, strict, read_back):
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    stream = Stream("both", file=tmp_path / "run.rrd", serve=port)
+def test_the_file_is_complete_while_viewers_are_served_on(tmp_path, strict, read_back, hold_port):
+    stream = Stream("both", file=tmp_path / "run.rrd", serve=hold_port())
     record(stream)
     stream.end_file()
     from rerun.chunk import RrdReader
 
     assert RrdReader(tmp_path / "run.rrd").store().summary()  # which only a complete file has
-    socket.create_connection(("127.0.0.1", port), timeout=5).close()
+    while not stream.answers():  # its server comes up in its own time
+        pass
     stream.log("events", 1.0, rr.TextLog("later"))  # for viewers only
     stream.close()
     assert len(read_back(tmp_path / "run.rrd")["/events"]["TextLog:text"]) == 1
@@ -74,6 +72,14 @@ def test_a_port_that_somebody_has_is_told_and_the_file_gets_everything(tmp_path,
         stream.flush_served()
     stream.close()
     assert len(read_back(tmp_path / "run.rrd")["/plots/a"]["Scalars:scalars"]) == len(TIME)
+
+
+def test_who_answers_before_the_server_is_up_is_somebody_else(monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        stream = Stream("slow", serve=other.getsockname()[1])
+        monkeypatch.setattr(Stream, "flush_served", lambda _: False)  # as on a busy machine
+        assert not stream.answers()
+        stream.close()
 
 
 @pytest.mark.parametrize(
