@@ -1,5 +1,6 @@
 """What all tests share: repeatable hypothesis runs, and a vehicle on a desk."""
 
+import signal
 from collections.abc import Iterator
 from math import hypot
 
@@ -18,6 +19,11 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("mavherd")
+
+# Tests send these to processes, which inherit what nohup or a shell's & has them ignore.
+for signum, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(signum) is signal.SIG_IGN:
+        signal.signal(signum, usual)
 
 
 class Desk:

@@ -19,13 +19,16 @@ from typing import Any
 
 import pytest
 
+from .ports import free_port
+
 os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
 
 mav = mavutil.mavlink
 SCRIPTS = Path(__file__).parent / "scripts"
-PATIENCE = 20.0  # s of wall clock, for an answer on a machine that has other things to do
+PATIENCE = 60.0  # s of wall clock, for an answer on a machine that has other things to do
 _BUSY = 5  # attempts to find a port that stays free
+_ROOM = 1 << 22  # bytes that may wait for a station; the system may allow less
 
 
 class Vehicle:
@@ -84,6 +87,7 @@ class Station:
         self.link = mavutil.mavlink_connection(
             address, source_system=system, source_component=component, retries=10
         )
+        self.link.port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _ROOM)
         self.system, self.component = system, component
         self.seen: list[Any] = []  # everything heard since the last `forget`
         self._greeted = 0.0
@@ -98,6 +102,11 @@ class Station:
     def send(self, *messages: Any) -> None:
         for message in messages:
             self.link.mav.send(message)
+
+    @property
+    def lost(self) -> int:
+        """How many messages are missing by their numbers: what nobody reads in time, UDP drops."""
+        return self.link.mav_loss
 
     def forget(self) -> None:
         self.seen.clear()
@@ -152,18 +161,13 @@ def request(command: int, *params: float, form: str = "long", to: tuple[int, int
     return mav.MAVLink_command_int_message(*to, above_home, command, 0, 0, *p[:4], x, y, p[6])
 
 
-def free_port(kind: socket.SocketKind) -> int:
-    """Return a port that nobody uses at this moment."""
-    with socket.socket(socket.AF_INET, kind) as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]
-
-
-def run_client(folder: Path, script: str, *args: object, patience: float = 150) -> dict[str, Any]:
-    """Run a client's script to its end; return the facts it has printed, one JSON object a line.
+def run_client(folder: Path, script: str, *args: object, patience: float = 400) -> dict[str, Any]:
+    """Run a client's script to its end; return the facts it has written, one JSON object a line.
 
     Whatever processes it started end with it.
     """
+    told = folder / "facts.jsonl"
+    told.touch()
     client = subprocess.Popen(
         [sys.executable, "-W", "ignore", SCRIPTS / script, *map(str, args)],
         cwd=folder,
@@ -180,16 +184,15 @@ def run_client(folder: Path, script: str, *args: object, patience: float = 150) 
     except subprocess.TimeoutExpired:
         os.killpg(client.pid, signal.SIGKILL)
         said, _ = client.communicate()
-        pytest.fail(f"{script} is not done after {patience:g} s:\n{said}")
+        pytest.fail(f"{script} is not done after {patience:g} s:\n{said}\n{told.read_text()}")
     finally:
         with suppress(ProcessLookupError):
             os.killpg(client.pid, signal.SIGKILL)
         client.wait()
-    assert client.returncode == 0, f"{script} failed:\n{said}"
+    assert client.returncode == 0, f"{script} failed:\n{said}\n{told.read_text()}"
     facts: dict[str, Any] = {}
-    for line in said.splitlines():
-        if line.startswith('{"'):
-            facts.update(json.loads(line))
+    for line in told.read_text().splitlines():
+        facts.update(json.loads(line))
     return facts
 
 
@@ -227,7 +230,7 @@ def _connections() -> Iterator[Callable[..., Station]]:
 
 @pytest.fixture(name="free_port", scope="session")
 def _free_port() -> Callable[[socket.SocketKind], int]:
-    """Find a port that nobody uses at this moment."""
+    """Find a port that nobody uses."""
     return free_port
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-pytestmark = [pytest.mark.clients, pytest.mark.timeout(200)]
+pytestmark = [pytest.mark.clients, pytest.mark.timeout(500)]
 
 
 @pytest.mark.parametrize(("kind", "how"), [("quadcopter", "tcp"), ("rover", "udp")])

@@ -2,7 +2,7 @@
 
 import pytest
 
-pytestmark = [pytest.mark.clients, pytest.mark.timeout(200)]
+pytestmark = [pytest.mark.clients, pytest.mark.timeout(500)]
 
 
 def test_a_person_at_mavproxys_prompt_flies_a_copter(start, run):

@@ -4,6 +4,7 @@ import pytest
 
 
 @pytest.mark.clients
+@pytest.mark.timeout(500)
 def test_pymavlinks_tool_transfers_files(start, run):
     vehicle = start("quadcopter", speed=3)
     seen = run("mavftp_job.py", f"tcp:127.0.0.1:{vehicle.tcp}")

@@ -52,15 +52,21 @@ def acknowledgement(station, kind=MISSION):
 
 
 def upload(station, items, kind=MISSION, form=lambda m: m):
-    """Upload a list and return the MAV_MISSION_RESULT."""
+    """Upload a list and return the MAV_MISSION_RESULT.
+
+    What is asked for again is on its way: a second copy of the last item would find no upload.
+    """
     station.send(mav.MAVLink_mission_count_message(1, 1, len(items), kind))
+    sent = set()
     while True:
         m = station.wait("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK")
         if m.get_type() == "MISSION_ACK":
             assert m.mission_type == kind
             return m.type
         assert m.mission_type == kind
-        station.send(form(items[m.seq]))
+        if m.seq not in sent:
+            sent.add(m.seq)
+            station.send(form(items[m.seq]))
 
 
 def count(station, kind=MISSION):

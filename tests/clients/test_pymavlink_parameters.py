@@ -104,6 +104,7 @@ def test_an_unknown_parameter_is_met_with_silence(station, name, index):
 
 def test_a_set_parameter_is_told_to_every_station_with_its_real_type(copter, connect):
     setter, watcher = connect(copter, "tcp"), connect(copter, "udp", system=254)
+    watcher.until_answered()  # from then on it is known to the vehicle
     kind = read(setter, "RTL_ALT").param_type
     assert kind != REAL32
     for value in (1234, 1500):

@@ -33,7 +33,7 @@ _PREARM_S = 2.0  # between two reminders; 30 in reality
 
 @dataclass(frozen=True, kw_only=True)
 class Manners:
-    """What a real autopilot does and ours does not. Times are seconds of the wall clock.
+    """What a real autopilot does and ours does not. Times are seconds of the double's clock.
 
     They count from the ground's first word, however long the start of both has taken.
     """

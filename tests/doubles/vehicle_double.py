@@ -16,7 +16,7 @@ import sys
 import threading
 import time
 import tty
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -26,7 +26,7 @@ from mavherd.transport.mavlink import Codec, Message, mav
 
 HOST = "127.0.0.1"
 HOME = "47.3977,8.5456,488,0"  # the fleet origin of a scenario that names none
-PATIENCE = 20.0
+PATIENCE = 60.0
 _START_S = 60.0
 _PILOT = 255, 190  # who speaks when a pilot takes over
 _TURN_S = 0.02
@@ -48,7 +48,9 @@ class VehicleDouble:
         link: str = "tcp",  # how the ground connects: tcp | udpin | udpout | serial
         port: int = 0,  # with udpin: where the ground listens; else: ours, 0 any
         options: tuple[object, ...] = (),
+        clock: Callable[[], float] = time.monotonic,  # of the manners
     ) -> None:
+        self._clock = clock
         self.actor = Actor(manners, kind, autopilot)
         self.system_id = system_id
         self._link = link
@@ -81,7 +83,7 @@ class VehicleDouble:
     @property
     def now(self) -> float:
         """Seconds since the ground's first word."""
-        return 0.0 if self._began is None else time.monotonic() - self._began
+        return 0.0 if self._began is None else self._clock() - self._began
 
     def wait_until(self, condition, what: str, patience: float = PATIENCE) -> None:
         """Return as soon as `condition(actor)` is true."""
@@ -170,7 +172,8 @@ class VehicleDouble:
             if self._link == "tcp":
                 self._hang_up()
             return
-        self._began = self._began or time.monotonic()
+        if self._began is None:
+            self._began = self._clock()
         if self.actor.is_silent(self.now):
             return
         for message in self._from_ground.decode(data, stream=self._is_stream):
@@ -248,7 +251,7 @@ def _start(log: Path, kind: str, *options: object) -> tuple[subprocess.Popen, in
         )
     deadline = time.monotonic() + _START_S
     while process.poll() is None and time.monotonic() < deadline:
-        if found := re.search(rf"udpin:{HOST}:(\d+)", log.read_text()):
+        if found := re.search(rf"udpin:{HOST}:(\d+)[,\s]", log.read_text()):
             return process, int(found[1])
         time.sleep(0.01)
     process.kill()

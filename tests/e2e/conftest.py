@@ -11,6 +11,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,13 @@ from pymavlink import mavutil
 
 DOCS = Path(__file__).parents[2] / "docs"
 _PORT_OPTIONS = "--gcs-udp", "--api-udp", "--tcp"
-_PATIENCE = 30.0  # s, for a condition on a machine that has other things to do
+_PATIENCE = 60.0  # s, for a condition on a machine that has other things to do
+_HANGS_S = 300.0  # for a command; pytest's own patience with a test may end sooner
+_STILL_S = 0.5  # of one turn of waiting; a machine that stands still for longer does so for all
+_PORTS = range(20_000, 30_000, 20)  # which the system gives nobody that asks for any
+_NEXT_PORT = cycle(_PORTS)
+_TERMINAL = {"TERM": "xterm-256color"}  # whatever the tests themselves are run at
+_NOT_OF_IT = {"COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"}
 
 SCENARIO = """
 name: {name}
@@ -68,6 +75,7 @@ class Sandbox:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._started: list[subprocess.Popen] = []
+        self._ports = ExitStack()
         self._tag = f"MAVHERD_TEST_RUN={uuid.uuid4().hex}"
 
     def start(self, *args: object, prefix: tuple[str, ...] = (), **popen: Any) -> subprocess.Popen:
@@ -75,10 +83,11 @@ class Sandbox:
         if args[0] == "run":
             args += tuple(x for o in _PORT_OPTIONS if o not in args for x in (o, 0))
         name, _, value = self._tag.partition("=")
+        given = {key: text for key, text in os.environ.items() if key not in _NOT_OF_IT}
         process = subprocess.Popen(
             [*prefix, sys.executable, "-m", "mavherd", *map(str, args)],
             cwd=self.folder,
-            env={**os.environ, name: value},
+            env={**given, **_TERMINAL, name: value},
             text=True,
             **{
                 "stdin": subprocess.DEVNULL,
@@ -90,8 +99,8 @@ class Sandbox:
         self._started.append(process)
         return process
 
-    def finish(self, process: subprocess.Popen, timeout: float = 60.0) -> Finished:
-        """Wait for a command's end; it must leave no process, socket or traceback."""
+    def finish(self, process: subprocess.Popen, timeout: float = _HANGS_S) -> Finished:
+        """Wait for a command's end; it must leave no process and no traceback."""
         out, err = process.communicate(timeout=timeout)
         assert self.processes() == {}, "processes are left behind"
         folder = self.run_folder()
@@ -99,11 +108,10 @@ class Sandbox:
         if folder:
             logs = [*folder.glob("*.txt"), *folder.glob("vehicles/*/log.txt")]
             told += "".join(log.read_text() for log in logs)
-            assert [port for port in _ports_of(folder) if _answers(port)] == []
         assert "Traceback" not in told, told
         return Finished(process.returncode, out or "", err or "", folder)
 
-    def run(self, *args: object, timeout: float = 60.0, **popen: Any) -> Finished:
+    def run(self, *args: object, timeout: float = _HANGS_S, **popen: Any) -> Finished:
         """Run a command to its end."""
         return self.finish(self.start(*args, **popen), timeout)
 
@@ -164,22 +172,34 @@ class Sandbox:
                 os.kill(pid, signal.SIGKILL)
         for process in self._started:
             process.communicate()
+        self._ports.close()
 
     @staticmethod
     def wait_for(condition: Callable[[], Any], what: str, patience: float = _PATIENCE) -> Any:
         """Return what `condition` returns as soon as it is true."""
-        deadline = time.monotonic() + patience
+        left, turn = patience, time.monotonic()
         while not (value := condition()):
-            assert time.monotonic() < deadline, f"{what}: not within {patience:g} s"
+            assert left > 0, f"{what}: not within {patience:g} s"
             time.sleep(0.01)
+            began, turn = turn, time.monotonic()
+            left -= min(turn - began, _STILL_S)
         return value
 
-    @staticmethod
-    def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
-        """Return a port that nobody uses at this moment."""
-        with socket.socket(socket.AF_INET, kind) as sock:
-            sock.bind(("127.0.0.1", 0))
-            return sock.getsockname()[1]
+    def free_port(self, kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
+        """Return a port that no other test has, with 19 more above it, while this sandbox lasts."""
+        for port in islice(_NEXT_PORT, len(_PORTS)):
+            token = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+            try:
+                token.bind(f"\0mavherd-test-port-{port}")  # a name, no file
+                with socket.socket(socket.AF_INET, kind) as sock:
+                    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                    sock.bind(("127.0.0.1", port))
+            except OSError:
+                token.close()
+            else:
+                self._ports.enter_context(token)
+                return port
+        raise AssertionError("no port is free")
 
     @staticmethod
     def connect(address: str) -> mavutil.mavfile:
@@ -191,20 +211,6 @@ class Sandbox:
         """Send the heartbeat of a ground station."""
         m = mavutil.mavlink
         client.mav.heartbeat_send(m.MAV_TYPE_GCS, m.MAV_AUTOPILOT_INVALID, 0, 0, m.MAV_STATE_ACTIVE)
-
-
-def _ports_of(folder: Path) -> list[int]:
-    """Return the TCP ports that a run has served."""
-    with suppress(FileNotFoundError):
-        ports = json.loads((folder / "ports.json").read_text())
-        served = [p["tcp"] for p in ports.values() if isinstance(p, dict) and p.get("tcp")]
-        return [int(text.rpartition(":")[2]) for text in [*served, ports["zenoh"]]]
-    return []
-
-
-def _answers(port: int) -> bool:
-    with socket.socket() as sock:
-        return sock.connect_ex(("127.0.0.1", port)) == 0
 
 
 def _sandbox(folder: Path) -> Iterator[Sandbox]:

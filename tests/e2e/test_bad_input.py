@@ -81,7 +81,8 @@ def test_a_scenario_that_cannot_be(sandbox, text, complaint):
     ],
 )
 def test_an_argument_that_cannot_be(sandbox, arguments, complaint):
-    done = sandbox.run(*arguments.split()) if arguments else sandbox.run("")
+    quick = "env", "RES_OPTIONS=timeout:1 attempts:1"  # where names cannot be looked up
+    done = sandbox.run(*(arguments.split() or [""]), prefix=quick)
     assert complaint in one_line(done)
 
 
@@ -117,15 +118,13 @@ def test_a_run_folder_that_cannot_be_written(sandbox):
 
 
 def test_a_run_folder_that_there_is_no_room_for_is_not_left_behind(sandbox):
-    limit = "sh", "-c", 'ulimit -f 1; exec "$@"', "limit"  # blocks of 512 bytes for each file
-    done = sandbox.run("run", "one-rover", "--no-record", prefix=limit)
+    done = sandbox.run("run", "one-rover", "--no-record", prefix=room_for(1))
     assert "cannot write the run folder: File too large" in one_line(done)
     assert done.folder is None
 
 
 def test_a_disk_that_is_full_while_running(sandbox):
-    limit = "sh", "-c", 'ulimit -f 64; exec "$@"', "limit"  # blocks of 512 bytes for each file
-    done = sandbox.run("run", "one-rover", "--no-record", prefix=limit)
+    done = sandbox.run("run", "one-rover", "--no-record", prefix=room_for(64))
     assert done.code == 3
     assert "rover1 (pid " in done.complaint
     assert "ended with exit code 3 at " in done.complaint
@@ -151,6 +150,15 @@ def test_closed_standard_streams_are_no_error(sandbox):
     done = sandbox.run("run", sandbox.scenario(), "--no-record", prefix=closed)
     assert (done.code, done.out, done.err) == (0, "", "")
     assert done.report["passed"]
+
+
+def room_for(blocks):
+    """Return what starts a command that may write so many blocks of 512 bytes into each file.
+
+    None is byte code: Python leaves half a file where others look for a whole one.
+    """
+    limited = f'ulimit -f {blocks}; PYTHONDONTWRITEBYTECODE=1 exec "$@"'
+    return "sh", "-c", limited, "limit"
 
 
 def one_line(done):

@@ -68,10 +68,11 @@ def test_the_command_runs_a_scenario_to_its_end_and_keeps_it(sandbox):
 
 
 def test_ctrl_c_ends_it_with_a_report(sandbox):
-    process = sandbox.start("run", sandbox.scenario(far=8), "--in-process", "--speed", 1)
+    scenario = sandbox.scenario(far=2000, duration=3600)
+    process = sandbox.start("run", scenario, "--in-process", "--speed", 1)
     sandbox.wait_for_run('"active"')
     process.send_signal(signal.SIGINT)
-    done = sandbox.finish(process, timeout=20)
+    done = sandbox.finish(process)
     assert done.code == 130
     assert (done.report["error"], done.report["exit_code"]) == ("interrupted", 130)
     assert done.report["digest"]

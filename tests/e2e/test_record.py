@@ -66,7 +66,7 @@ class Recording:
 
     def stop(self):
         self.process.send_signal(signal.SIGINT)
-        return self.process.wait(20)
+        return self.process.wait(60)
 
 
 @pytest.fixture
@@ -94,6 +94,7 @@ def test_whoever_sends_to_the_port_is_recorded(sandbox, vehicle):
     assert recording.stop() == 0
     for process in both:
         process.kill()
+        process.wait()
     seen = positions(sandbox.folder / "seen.rrd")
     assert set(seen) == {"sys1", "sys2"}
     assert seen["sys2"][-1][1] == pytest.approx((3, 2, 0), abs=0.05)
@@ -112,9 +113,11 @@ def test_whoever_sends_to_the_port_is_recorded(sandbox, vehicle):
 def test_silent_means_silent(sandbox, vehicle):
     port = sandbox.free_port(socket.SOCK_DGRAM)
     vehicle(port)
-    options = ("--silent", "--duration", 5, "-o", "seen.rrd", "--tlog", "seen.tlog")
-    done = sandbox.start("record", "--listen", f"udp:127.0.0.1:{port}", *options)
-    assert done.wait(30) == 0
+    options = ("--silent", "-o", "seen.rrd", "--tlog", "seen.tlog")
+    recording = Recording(sandbox, "record", "--listen", f"udp:127.0.0.1:{port}", *options)
+    log = sandbox.folder / "seen.tlog.part"
+    sandbox.wait_for(lambda: log.exists() and kinds(log, (1, 1))["HEARTBEAT"] > 3, "heartbeats")
+    assert recording.stop() == 0
     assert not kinds(sandbox.folder / "seen.tlog", OBSERVER)
     assert set(kinds(sandbox.folder / "seen.tlog", (1, 1))) == {"HEARTBEAT"}
 
@@ -126,6 +129,7 @@ def test_a_link_that_falls_silent_and_comes_back_is_told(sandbox, vehicle):
     recording = Recording(sandbox, "record", "--connect", f"tcp:127.0.0.1:{port}", "-o", "seen.rrd")
     recording.wait_for("system 1")
     first.kill()
+    first.wait()
     recording.wait_for("link silent")
     sandbox.start(*serves)
     recording.wait_for("link back after")

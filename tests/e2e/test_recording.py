@@ -16,8 +16,8 @@ from mavherd.transport.tlog import read_tlog
 from mavherd.vehicles.config import SIMULATED_EPOCH_US
 
 FAR = 10  # m
+MOMENT_S = 3.0  # at which time stands still until the recorder has come so far
 BEHIND_S = 1.0  # of what may be lost
-SLACK_S = 1.0  # for a machine that has other things to do
 
 
 def recorded_until(part):
@@ -41,40 +41,52 @@ def true_until(log):
     return -1.0
 
 
-def start(sandbox):
-    """Start a run at real time; return its process and folder when something is recorded."""
-    process = sandbox.start("run", sandbox.scenario(far=FAR), "--speed=1")
-    folder = sandbox.wait_for_run()
+def clock(sandbox, folder, *order):
+    """Order something of a run's clock; return whether it was granted."""
+    command = sandbox.start("clock", folder, *order)
+    command.communicate(timeout=60)
+    return command.returncode == 0
+
+
+def start(sandbox, **scenario):
+    """Start a run; return its process and folder when time stands still and has been recorded."""
+    process = sandbox.start("run", sandbox.scenario(**{"far": FAR, **scenario}), "--paused")
+    (ports,) = sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/ports.json")), "ports")
+    folder = ports.parent
+    sandbox.wait_for(lambda: clock(sandbox, folder, "status"), "the clock")
+    assert clock(sandbox, folder, "step", 60)
+    assert true_until(folder / "vehicles/rover1/truth.bin.part") == pytest.approx(MOMENT_S)
     part = folder / "run.rrd.part"
-    sandbox.wait_for(lambda: part.exists() and recorded_until(part) > 0.5, "a recording")
+    wanted = MOMENT_S - BEHIND_S
+    sandbox.wait_for(lambda: part.exists() and recorded_until(part) > wanted, "a recording")
     return process, folder
 
 
-def hurry(sandbox, folder):
-    """Let the rest of a run take no time."""
-    command = sandbox.start("clock", folder, "speed", "max")
-    out, complaint = command.communicate(timeout=30)
-    assert command.returncode == 0, out + complaint
+def go_on(sandbox, folder):
+    """Let the rest of a run pass as fast as it goes."""
+    assert clock(sandbox, folder, "resume")
 
 
 def test_a_recorder_that_is_killed_is_told_of_at_once_and_changes_nothing(sandbox):
     process, folder = start(sandbox)
     os.kill(sandbox.part("recorder"), signal.SIGKILL)
-    sandbox.wait_for_run('"problem"')
-    hurry(sandbox, folder)
+    log = folder / "events.jsonl"
+    sandbox.wait_for(lambda: '"problem"' in log.read_text(), "word of it")
+    go_on(sandbox, folder)
     done = sandbox.finish(process)
     report = done.report
     assert (done.code, report["passed"], report["partial"]) == (0, True, True)
     text = "the recorder was killed by SIGKILL: run.rrd.part holds what came before"
     assert report["missing"] == [text]
     assert text in done.err
-    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    events = [json.loads(line) for line in log.read_text().splitlines()]
     (told,) = (event for event in events if event["kind"] == "problem")
     assert (told["text"], told["vehicle"]) == (text, None)
+    assert told["t"] == pytest.approx(MOMENT_S)
     assert told["t"] < report["duration_s"]
     mended = folder / "mended.rrd"
     mend(Recording(folder / "run.rrd.part", folder), mended)
-    assert 0.5 < recorded_until(mended) <= told["t"]
+    assert MOMENT_S - BEHIND_S < recorded_until(mended) <= MOMENT_S + 1e-6
     assert not (folder / "run.rrd").exists()
     quiet = sandbox.run("run", sandbox.scenario(far=FAR), "--no-record")
     assert report["digest"] == quiet.report["digest"]
@@ -84,7 +96,7 @@ def test_a_frozen_recorder_holds_up_nobody_and_goes_on_when_it_thaws(sandbox):
     process, folder = start(sandbox)
     recorder = sandbox.part("recorder")
     os.kill(recorder, signal.SIGSTOP)
-    hurry(sandbox, folder)
+    go_on(sandbox, folder)
     log = folder / "events.jsonl"
     sandbox.wait_for(lambda: '"done"' in log.read_text(), "the end of the vehicles")
     os.kill(recorder, signal.SIGCONT)
@@ -97,7 +109,7 @@ def test_a_frozen_recorder_holds_up_nobody_and_goes_on_when_it_thaws(sandbox):
 def test_who_does_not_wait_for_a_frozen_recorder_at_the_end_is_told_what_is_missing(sandbox):
     process, folder = start(sandbox)
     os.kill(sandbox.part("recorder"), signal.SIGSTOP)
-    hurry(sandbox, folder)
+    go_on(sandbox, folder)
     logs = [folder / f"vehicles/{name}/truth.bin" for name in ("rover1", "quad1")]
     sandbox.wait_for(lambda: all(log.exists() for log in logs), "the end of the vehicles")
     process.send_signal(signal.SIGINT)
@@ -107,10 +119,10 @@ def test_who_does_not_wait_for_a_frozen_recorder_at_the_end_is_told_what_is_miss
 
 
 def test_when_all_is_killed_at_once_logs_and_recording_hold_all_but_the_last_second(sandbox):
-    process, folder = start(sandbox)
+    process, folder = start(sandbox, far=10_000, duration=3600)  # it has not arrived by then
     logs = {name: folder / f"vehicles/{name}/truth.bin.part" for name in ("rover1", "quad1")}
-    first = true_until(logs["rover1"])
-    sandbox.wait_for(lambda: true_until(logs["rover1"]) > first, "the next rows")
+    go_on(sandbox, folder)
+    sandbox.wait_for(lambda: true_until(logs["rover1"]) > MOMENT_S, "the next rows")
     for signum in (signal.SIGSTOP, signal.SIGKILL):  # so that nobody sees another's end
         for pid in sandbox.processes():
             os.kill(pid, signum)
@@ -123,5 +135,5 @@ def test_when_all_is_killed_at_once_logs_and_recording_hold_all_but_the_last_sec
         assert (stamps[-1] - SIMULATED_EPOCH_US) * 1e-6 >= now - BEHIND_S
     mended = folder / "mended.rrd"  # who is killed while he writes leaves half a word
     mend(Recording(folder / "run.rrd.part", folder), mended)
-    assert recorded_until(mended) >= now - BEHIND_S - SLACK_S
+    assert recorded_until(mended) > MOMENT_S - BEHIND_S
     assert not (folder / "report.json").exists()

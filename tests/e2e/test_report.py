@@ -17,18 +17,16 @@ LOST_S = 1.0  # at most, before the kill
 def killed(shared_sandbox):
     """Kill every process of a run at a moment of fleet time that is known; return both."""
     sandbox = shared_sandbox
-    scenario = sandbox.scenario("killed", far=20)
+    scenario = sandbox.scenario("killed", far=1000, duration=3600)  # it goes on till then
     process = sandbox.start("run", scenario, "--speed=4", "--no-record")
     folder = sandbox.wait_for_run()
     sandbox.wait_for(lambda: len(open_flown(folder).tracks()) == 2, "truth")
-    asked = sandbox.start("clock", folder, "pause").communicate(timeout=30)[0]
+    asked = sandbox.start("clock", folder, "pause").communicate(timeout=60)[0]
     now = float(re.match(r"([\d.]+) s, paused", asked)[1])
-    for pid in [process.pid, *sandbox.processes()]:
-        try:
-            os.kill(pid, signal.SIGKILL)
-        except ProcessLookupError:  # an heir has taken the end of its launcher for an order
-            continue
-    process.communicate(timeout=30)
+    for signum in (signal.SIGSTOP, signal.SIGKILL):  # so that nobody sees another's end
+        for pid in sandbox.processes():
+            os.kill(pid, signum)
+    process.communicate(timeout=60)
     sandbox.wait_for(lambda: not sandbox.processes(), "the end of all")
     return folder, now
 
@@ -68,10 +66,11 @@ def test_its_report_and_its_states_can_be_had(killed, shared_sandbox):
 
 
 def test_a_run_that_goes_on_is_not_reported(sandbox):
-    process = sandbox.start("run", sandbox.scenario(far=20), "--speed=2", "--no-record")
+    scenario = sandbox.scenario(far=1000, duration=3600)  # it does not arrive meanwhile
+    process = sandbox.start("run", scenario, "--speed=2", "--no-record")
     folder = sandbox.wait_for_run()
     refused = sandbox.start("report", folder)
-    _, complaint = refused.communicate(timeout=30)
+    _, complaint = refused.communicate(timeout=60)
     assert refused.returncode == 2
     assert complaint.rstrip().endswith("this run still goes on (it reports when it ends)")
     process.send_signal(signal.SIGINT)

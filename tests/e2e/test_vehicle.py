@@ -7,8 +7,8 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from contextlib import closing, suppress
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -34,10 +34,10 @@ def test_a_stock_script_flies_a_square_while_a_second_client_watches(sandbox, li
         vehicle = sandbox.start("vehicle", "quadcopter", "--speed", 5, *options)
         assert f"tcp:127.0.0.1:{tcp}" in vehicle.stdout.readline()
         address = f"tcp:127.0.0.1:{tcp}" if link == "tcp" else f"udpin:127.0.0.1:{api}"
-        heartbeat = watcher.wait_heartbeat(timeout=30)
+        heartbeat = watcher.wait_heartbeat(timeout=60)
         assert not heartbeat.base_mode & 128
         sandbox.greet(watcher)  # from here on it gets more than heartbeats
-        watcher.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=30)
+        watcher.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=60)
         script = subprocess.Popen(
             [sys.executable, EXAMPLE, address], stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
@@ -88,7 +88,7 @@ def test_garbage_on_every_port_does_no_harm(sandbox):
         closing(sandbox.connect(f"udpout:127.0.0.1:{udp}")) as client,
     ):
         sandbox.greet(client)
-        frame = client.recv_match(type="HEARTBEAT", blocking=True, timeout=30).get_msgbuf()
+        frame = client.recv_match(type="HEARTBEAT", blocking=True, timeout=60).get_msgbuf()
         for _ in range(300):
             cut = bytes(frame[: rng.randrange(1, len(frame))])
             flipped = bytes(b ^ (rng.random() < 0.1) for b in frame)
@@ -97,7 +97,7 @@ def test_garbage_on_every_port_does_no_harm(sandbox):
                 stream.sendall(junk)
     with closing(sandbox.connect(f"tcp:127.0.0.1:{tcp}")) as client:
         sandbox.greet(client)
-        assert client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=30)
+        assert client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=60)
     stop(sandbox, vehicle)
 
 
@@ -111,7 +111,7 @@ def test_a_client_that_reads_nothing_holds_up_nobody(sandbox):
     ):
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         sandbox.greet(client)
-        m = client.recv_match(type="SYSTEM_TIME", blocking=True, timeout=30)
+        m = client.recv_match(type="SYSTEM_TIME", blocking=True, timeout=60)
         later = m.time_boot_ms + 20_000
         sandbox.wait_for(
             lambda: client.recv_match(type="SYSTEM_TIME", blocking=True).time_boot_ms > later,
@@ -138,7 +138,7 @@ with socket.socket(type=socket.SOCK_DGRAM) as sock:
 """
 
 
-def test_fifty_thousand_commands_a_second_on_its_port_do_not_slow_it_down(sandbox):
+def test_fifty_thousand_commands_a_second_on_its_port_silence_it_for_nobody(sandbox):
     vehicle = sandbox.start("vehicle", "quadcopter", "--udpin", "127.0.0.1:0")
     port = re.search(r"udpin:127.0.0.1:(\d+)", vehicle.stdout.readline())[1]
     command = mav.MAVLink_command_long_message(1, 1, mav.MAV_CMD_REQUEST_MESSAGE, 0, 148, *[0] * 6)
@@ -147,22 +147,20 @@ def test_fifty_thousand_commands_a_second_on_its_port_do_not_slow_it_down(sandbo
         sandbox.greet(client)
         flooder = subprocess.Popen([sys.executable, "-c", FLOOD, port, flood])
         try:
-            times = []
-            while not times or times[-1][0] - times[0][0] < 3:
-                sandbox.greet(client)
-                m = client.recv_match(type="ATTITUDE", blocking=True, timeout=30)
-                times.append((time.monotonic(), m.time_boot_ms / 1000))
+            times = []  # its own: how fast that passes is the machine's affair
+            while not times or times[-1] - times[0] < 3:
+                sandbox.greet(client)  # which the flood may wash away
+                if m := client.recv_match(type="ATTITUDE", blocking=True, timeout=1):
+                    times.append(m.time_boot_ms / 1000)
+            assert flooder.poll() is None
         finally:
             flooder.kill()
             flooder.wait()
-    (began, boot), (ended, last) = times[5], times[-1]  # at first it was starting up
-    assert 0.9 < (last - boot) / (ended - began) < 1.1
-    assert len(times[5:]) > 0.8 * 10 * (ended - began), "at 10 Hz"
+    assert max(later - earlier for earlier, later in pairwise(times)) < 0.15, "at 10 Hz"
     stop(sandbox, vehicle)
 
 
 STOPS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
-SOON = 2.0  # s in which everything ends
 
 
 @pytest.mark.parametrize("how", STOPS)
@@ -170,7 +168,7 @@ def test_it_runs_until_it_is_stopped(sandbox, how):
     vehicle = sandbox.start("vehicle", "quadcopter", "--udpin", "127.0.0.1:0")
     vehicle.stdout.readline()
     vehicle.send_signal(how)
-    done = sandbox.finish(vehicle, timeout=10)
+    done = sandbox.finish(vehicle)
     assert done.code == 0
 
 
@@ -197,7 +195,7 @@ def listener():
     """Return a socket where a ground station listens."""
     station = socket.socket(type=socket.SOCK_DGRAM)
     station.bind(("127.0.0.1", 0))
-    station.settimeout(20)
+    station.settimeout(60)
     return station
 
 
@@ -237,7 +235,7 @@ def test_ten_vehicles_at_one_station_are_ten_processes_with_ports_of_their_own(s
         places = greet_until(station, range(1, 11), "LOCAL_POSITION_NED")
         assert [round(places[i].y) for i in range(1, 11)] == [3 * i for i in range(10)]
     fleet.parent.send_signal(signal.SIGINT)
-    done = sandbox.finish(fleet.parent, timeout=SOON)
+    done = sandbox.finish(fleet.parent)
     assert done.code == 0
     lines = done.out.splitlines()
     assert [line.split(":")[0] for line in lines] == [f"rover{i}" for i in range(1, 11)]
@@ -252,16 +250,26 @@ def test_several_end_together(sandbox, how, whom):
     (os.kill if whom == "the command" else os.killpg)(fleet.parent.pid, how)
     with suppress(ProcessLookupError):
         fleet.parent.send_signal(signal.SIGINT)  # people press it twice
-    done = sandbox.finish(fleet.parent, timeout=SOON)
+    done = sandbox.finish(fleet.parent)
     assert done.code == 0
     assert done.err == "Ctrl-C stops them.\n"
+
+
+def test_signals_that_come_together_are_one_and_even_who_hangs_is_ended(sandbox):
+    with listener() as station:
+        fleet = Fleet(sandbox, station)
+    os.kill(fleet.children[0], signal.SIGSTOP)
+    for each in (signal.SIGSTOP, *STOPS, signal.SIGCONT):
+        os.kill(fleet.parent.pid, each)
+    done = sandbox.finish(fleet.parent)
+    assert (done.code, done.err) == (0, "Ctrl-C stops them.\n")
 
 
 def test_none_outlives_a_command_that_was_killed(sandbox):
     with listener() as station:
         fleet = Fleet(sandbox, station)
     fleet.parent.kill()
-    sandbox.wait_for(lambda: not sandbox.processes(), "all have ended", patience=SOON)
+    sandbox.wait_for(lambda: not sandbox.processes(), "all have ended")
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
@@ -269,7 +277,7 @@ def test_one_that_dies_ends_the_others(sandbox, how):
     with listener() as station:
         fleet = Fleet(sandbox, station)
     os.kill(fleet.children[1], how)
-    done = sandbox.finish(fleet.parent, timeout=SOON)
+    done = sandbox.finish(fleet.parent)
     assert done.code == 3
     expected = rf"rover\d ended by itself \({how.name}\); the others have been stopped"
     assert re.search(expected, done.complaint)
@@ -280,4 +288,4 @@ def test_one_that_hangs_is_ended_all_the_same(sandbox):
         fleet = Fleet(sandbox, station)
     os.kill(fleet.children[0], signal.SIGSTOP)
     fleet.parent.send_signal(signal.SIGTERM)
-    assert sandbox.finish(fleet.parent, timeout=SOON).code == 0
+    assert sandbox.finish(fleet.parent).code == 0

@@ -51,8 +51,8 @@ class Client:
         self.link = sandbox.connect(f"udpout:127.0.0.1:{self.port}")
         sandbox.greet(self.link)
 
-    def wait(self, name, condition="True"):
-        m = self.link.recv_match(type=name, blocking=True, timeout=20, condition=condition)
+    def wait(self, name, condition="True", timeout=60):
+        m = self.link.recv_match(type=name, blocking=True, timeout=timeout, condition=condition)
         assert m is not None, f"no {name} where {condition}"
         return m
 
@@ -74,7 +74,7 @@ class Client:
     def __exit__(self, *_):
         self.link.close()
         self.process.send_signal(signal.SIGINT)
-        self.done = self._sandbox.finish(self.process, timeout=10)
+        self.done = self._sandbox.finish(self.process)
         assert self.done.code == 0
 
 
@@ -133,7 +133,7 @@ def test_what_cannot_be_kept_any_more_is_set_and_complained_of(sandbox, client):
     with client("quadcopter", "--folder", "kept") as c:
         shutil.rmtree(sandbox.folder / "kept")
         c.link.mav.param_set_send(1, 1, b"RTL_ALT", 1700, 9)
-        assert "cannot be written" in c.wait("STATUSTEXT").text
+        c.wait("STATUSTEXT", "'cannot be written' in STATUSTEXT.text")
         assert c.parameter("RTL_ALT") == 1700
 
 
@@ -172,9 +172,8 @@ def test_home_is_an_option_or_what_px4_calls_it(client):
 def test_time_passes_as_fast_as_was_asked_for(sandbox, client, options, environ):
     with client("rover", *options, environ=environ) as c:
         first = c.wait("SYSTEM_TIME").time_boot_ms
-        # 30 s of vehicle time: 1.5 s here, more on a busy machine, 30 s at normal speed
-        far = f"SYSTEM_TIME.time_boot_ms > {first + 30_000}"
-        assert c.wait("SYSTEM_TIME", far)
+        # 60 s of vehicle time: 3 s here, more on a busy machine, 60 s at normal speed
+        c.wait("SYSTEM_TIME", f"SYSTEM_TIME.time_boot_ms > {first + 60_000}", timeout=50)
 
 
 @pytest.mark.parametrize(("stack", "number"), [("ardupilot", 3), ("px4", 12), ("generic", 0)])
@@ -197,7 +196,7 @@ def test_several_clients_share_a_listening_port(sandbox, client):
     with client("rover") as c, closing(sandbox.connect(f"udpout:127.0.0.1:{c.port}")) as other:
         sandbox.greet(other)
         for link in (c.link, other, c.link, other):
-            assert link.recv_match(type="ATTITUDE", blocking=True, timeout=20)
+            assert link.recv_match(type="ATTITUDE", blocking=True, timeout=60)
 
 
 @pytest.mark.parametrize("count", [1, 3])

@@ -22,6 +22,8 @@ from mavherd.gcs.report.truth import read_truth
 from mavherd.transport.mavlink import Codec, mav
 from mavherd.transport.tlog import read_tlog
 
+from ..clients.ports import free_port
+
 os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
 
@@ -38,8 +40,10 @@ FLEETS = {  # name, kind, east and north of the vehicle processes that an exampl
 }
 WAYS = "lockstep", "ardupilot", "px4"  # the quick ones first: nobody waits for all
 _AT_ONCE = 8  # they mostly wait; the machine has few cores
-_PATIENCE = 20.0  # s, for a process to start on a machine that has other things to do
-_LONGEST = 110.0  # s, one example
+_PATIENCE = 60.0  # s, for a process to start or end on a machine that has other things to do
+_LONGEST = 300.0  # s, one example
+# Examples run by the wall clock, and one may be held up; the real PX4 would not wait for it.
+_PATIENT = {"ardupilot": (), "px4": ("--param", "COM_OF_LOSS_T=5")}
 
 
 class Seen(NamedTuple):
@@ -86,12 +90,12 @@ class Vehicle:
         self._armed = False
         self._over = threading.Event()
         log = folder / f"{self.name}.log"
-        self._watcher = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
-        at = self._watcher.port.getsockname()[1]
+        at = free_port(socket.SOCK_DGRAM)  # with port 0 two watchers may get the same one
+        self._watcher = mavutil.mavlink_connection(f"udpin:127.0.0.1:{at}", source_system=255)
         for _ in range(5):  # a port that was free may be taken when the vehicle binds it
             self.tcp, self.calls = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_DGRAM)
             words = ["vehicle", kind, "--sysid", number, "--autopilot", autopilot]
-            words += ["--position", f"{east},{north},0", "--tcp", self.tcp]
+            words += ["--position", f"{east},{north},0", "--tcp", self.tcp, *_PATIENT[autopilot]]
             words += ["--udpout", f"127.0.0.1:{at}", "--udpout", f"127.0.0.1:{self.calls}"]
             with log.open("w") as out:
                 self._process = subprocess.Popen(
@@ -139,6 +143,8 @@ class Vehicle:
                     command = mav.MAV_CMD_SET_MESSAGE_INTERVAL
                     self._watcher.mav.command_long_send(m.get_srcSystem(), 1, command, 0, *every)
             self._take(m)
+        while m := self._watcher.recv_match():  # what has come until now
+            self._take(m)
 
     def _take(self, m: object) -> None:
         match m.get_type() if m is not None else "":
@@ -146,13 +152,6 @@ class Vehicle:
                 self._armed = bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED)
             case "LOCAL_POSITION_NED":
                 self.seen.append(Seen(m.time_boot_ms / 1e3, (m.y, m.x, -m.z), self._armed))
-
-
-def free_port(kind: socket.SocketKind) -> int:
-    """Return a port that nobody uses at this moment."""
-    with socket.socket(socket.AF_INET, kind) as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]
 
 
 def run(folder: Path, script: Path, *addresses: str) -> Flight:

@@ -9,6 +9,7 @@ import pytest
 from .conftest import EXAMPLES
 
 
+@pytest.mark.timeout(400)
 @pytest.mark.skipif(find_spec("rerun") is None, reason="needs the view extra")
 def test_each_package_says_something_of_the_run(tmp_path):
     done = subprocess.run(
@@ -17,7 +18,7 @@ def test_each_package_says_something_of_the_run(tmp_path):
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         text=True,
-        timeout=100,
+        timeout=300,
         check=True,
     )
     told = done.stdout

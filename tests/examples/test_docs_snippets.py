@@ -13,6 +13,7 @@ from mavherd.gcs.script import Fleet, Group, Vehicle
 from .conftest import QUAD, Flight, run
 from .conftest import Vehicle as Process
 
+pytestmark = pytest.mark.timeout(600)
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "scripting.md").read_text(encoding="utf-8")
 SNIPPETS = re.findall(r"^```python\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)

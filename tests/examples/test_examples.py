@@ -9,6 +9,8 @@ import pytest
 
 from .conftest import EXAMPLES, WAYS, Flight, Seen
 
+pytestmark = pytest.mark.timeout(600)
+
 
 def check_first_flight(flight: Flight) -> None:
     assert flight.nearest("quad1", (4, 4, 3)) < 0.25
@@ -21,9 +23,8 @@ def check_team(flight: Flight) -> None:
         for name, neighbour in zip(team, team[1:] + team[:1], strict=True):
             assert dist(flight.end(name).place[:2], starts[neighbour][:2]) < 0.6, name
     closest = float(re.search(r"nearer than ([\d.]+) m", flight.said)[1])
-    report = json.loads((flight.folder / "report.json").read_text())
-    if report["late_ticks"] < 0.1 * report["ticks"]:  # else the law has come too late
-        assert report["collisions"] == 0
+    if was_steady(flight):  # else the law has come too late
+        assert report_of(flight)["collisions"] == 0
         assert 0.6 < closest < 3
 
 
@@ -73,11 +74,14 @@ def check_mission(flight: Flight) -> None:
 def check_telemetry(flight: Flight) -> None:
     with (flight.folder / "telemetry.csv").open() as file:
         rows = [*csv.DictReader(file)]
-    assert len(rows) >= 20
+    assert rows
     for row in rows:
         place = tuple(float(row[axis]) for axis in ("east", "north", "up"))
         assert flight.nearest("quad1", place) < 0.1
-        assert 1 < dist(place[:2], (0, 0)) < 3
+        if was_steady(flight):  # else it has cut the circle short to catch up
+            assert 1 < dist(place[:2], (0, 0)) < 3
+    if was_steady(flight):
+        assert len(rows) >= 20
     assert re.search(r"battery: \d+ %", flight.said)
     assert "Traceback" not in flight.said
 
@@ -89,6 +93,17 @@ def check_when_things_go_wrong(flight: Flight) -> None:
     assert "timed out: quad1: goto: not done after 2 s" in flight.said
     assert "the quadcopter has landed" in flight.said
     assert 0.5 < flight.reach("quad1") < 8
+
+
+def report_of(flight: Flight) -> dict:
+    return json.loads((flight.folder / "report.json").read_text())
+
+
+def was_steady(flight: Flight) -> bool:
+    """Return whether setpoints kept coming; a machine with other things to do may hold them up."""
+    report = report_of(flight)
+    few = report["late_ticks"] < 0.1 * report["ticks"]
+    return few and report["fleet"]["setpoint_longest_gap_s"] < 0.5
 
 
 CHECKS = {
@@ -116,6 +131,7 @@ def test_it_does_what_it_says(example, way, flights):
     flight = flights(example, way)
     assert flight.code == 0, flight.said
     assert flight.tracks
+    assert way != "lockstep" or report_of(flight)["late_ticks"] == 0
     CHECKS[example](flight)
     for name, seen in flight.tracks.items():
         assert not seen[-1].armed, name

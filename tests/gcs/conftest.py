@@ -1,20 +1,24 @@
-"""Synthetic truth: logs as a vehicle writes them, from positions in ENU."""
+"""Synthetic truth: logs as a vehicle writes them, from positions in ENU; ports that are ours."""
 
 import json
+import socket
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mavherd.gcs.report.truth import Track, read_truth
+from mavherd.transport import bus
 from mavherd.vehicles.truth import POSE_COLUMNS
 
 ACTUATORS = {
     "rover": ("left_rad_s", "right_rad_s"),
     "quadcopter": ("rotor1_rad_s", "rotor2_rad_s", "rotor3_rad_s", "rotor4_rad_s"),
 }
+LEASE_MS = 60_000
 LEVEL_FACING_NORTH = (1.0, 0.0, 0.0, 0.0)  # FRD to NED
 Way = Callable[[np.ndarray], tuple[object, object, object]]  # time -> east, north, up
 
@@ -43,6 +47,41 @@ def write_truth(
             pose = (north[k], east[k], -up[k], *velocity[:, k], *LEVEL_FACING_NORTH, 0.1, 0.2, 0.3)
             file.write(struct.pack(f"<{len(columns)}d", t, *pose, *speeds))
     return path
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _any_terminal() -> Iterator[None]:
+    """What is printed is the same wherever tests are run from."""
+    with pytest.MonkeyPatch.context() as patched:
+        for name in ("FORCE_COLOR", "NO_COLOR", "COLUMNS", "LINES", "TTY_COMPATIBLE"):
+            patched.delenv(name, raising=False)
+        patched.setenv("TERM", "xterm")
+        yield
+
+
+@pytest.fixture
+def hold_port() -> Iterator[Callable[[], int]]:
+    """Return a TCP port that the system gives to nobody who asks for any: hold_port().
+
+    Who is told of it can listen there; as long as nobody does, callers are refused.
+    """
+    with ExitStack() as held:
+
+        def hold() -> int:
+            sock = held.enter_context(socket.socket())
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # who listens sets it, too
+            sock.bind(("127.0.0.1", 0))
+            port: int = sock.getsockname()[1]
+            return port
+
+        yield hold
+
+
+@pytest.fixture
+def endpoint(hold_port: Callable[[], int], monkeypatch: pytest.MonkeyPatch) -> str:
+    """Where a Zenoh router can listen; no session is lost though the machine stands still."""
+    monkeypatch.setattr(bus, "LEASE_MS", LEASE_MS)
+    return f"tcp/127.0.0.1:{hold_port()}"
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from rich.console import Console
 from mavherd.gcs import patience
 from mavherd.gcs.patience import Patience
 
-LONG = 60.0
+LONG = 3600.0
 GONE = "\x1b[?25h\r\x1b[1A\x1b[2K"  # the cursor is back, the line is empty
 
 
@@ -18,7 +18,7 @@ def screen(*, terminal=False):
 
 
 def shown(console, text):
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 60
     while text not in console.file.getvalue():
         assert time.monotonic() < deadline, f"never shown: {text}"
         time.sleep(0.01)

@@ -73,7 +73,7 @@ def test_a_line_larger_than_the_sockets_buffer_arrives():
         big = {"text": "x" * (MAX_LINE // 2)}
         sender = threading.Thread(target=a.send, args=(big,))
         sender.start()
-        assert b.receive(timeout=5) == big
+        assert b.receive(timeout=60) == big
         sender.join()
 
 
@@ -89,7 +89,7 @@ def test_a_line_without_end_is_cut_off():
         sender = threading.Thread(target=flood, args=(a.socket,))
         sender.start()
         with pytest.raises(ChannelClosed):
-            b.receive(timeout=5)
+            b.receive(timeout=60)
         b.close()
         sender.join()
 

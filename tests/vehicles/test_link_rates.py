@@ -12,7 +12,7 @@ from mavherd.vehicles.process import VehicleProcess
 from mavherd.vehicles.vehicle import Vehicle
 
 VFR_HUD = mav.MAVLINK_MSG_ID_VFR_HUD
-PATIENCE = 10.0  # s
+PATIENCE = 60.0  # s, on a machine that stands still now and then
 
 
 @contextmanager
@@ -26,7 +26,7 @@ def running(vehicle, *endpoints, coordinator=None):
         yield
     finally:
         control.close()
-        thread.join(5)
+        thread.join(PATIENCE)
         process.close()
         theirs.close()
         assert not thread.is_alive()

@@ -9,7 +9,8 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
+from itertools import pairwise
 
 import pytest
 
@@ -22,30 +23,31 @@ from mavherd.vehicles.process import VehicleProcess, _datagrams
 from mavherd.vehicles.vehicle import Vehicle
 
 HOST = "127.0.0.1"
+PATIENCE_S = 60.0  # for what happens at once, on a machine that stands still now and then
 CONFIG = VehicleConfig(kind="quadcopter", system_id=3, name="q3", seed=4)
 
 
 class Shell:
     """A vehicle process in a thread, with the launcher's and the coordinator's ends of it."""
 
-    def __init__(self, endpoints=(), free=False):
+    def __init__(self, endpoints=(), clock=None):
         self.coordinator, theirs = socket_pair_udp()
         self.control, control = socket.socketpair()
-        self.coordinator.settimeout(5)
-        self.control.settimeout(5)
+        self.coordinator.settimeout(PATIENCE_S)
+        self.control.settimeout(PATIENCE_S)
         self.process = VehicleProcess(
             Vehicle(CONFIG), list(endpoints), coordinator=theirs, control=control
         )
         self.error = None
-        self.free = free
+        self.clock = clock
         self._sockets = theirs, control, self.coordinator, self.control
         self.thread = threading.Thread(target=self._run)
         self.thread.start()
 
     def _run(self):
         try:
-            if self.free:
-                self.process.run_free()
+            if self.clock:
+                self.process.run_free(started=0.0, clock=self.clock)
             else:
                 self.process.run_lockstep()
         except VehicleError as error:
@@ -57,9 +59,21 @@ class Shell:
         done = DONE.unpack(self.control.recv(DONE.size, socket.MSG_WAITALL))
         return done, self.coordinator.recv(65535) if done[1] else b""
 
+    def has_ended(self):
+        """Wait for the process to end; return whether it has."""
+        self.thread.join(PATIENCE_S)
+        return not self.thread.is_alive()
+
+    def lives(self, until_us):
+        """Wait until the vehicle has lived so long by itself."""
+        deadline = time.monotonic() + PATIENCE_S
+        while self.process.vehicle.now_us < until_us:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
     def close(self):
         self.control.close()
-        self.thread.join(5)
+        self.thread.join(PATIENCE_S)
         assert not self.thread.is_alive(), "end-of-file is the order to stop"
         self.process.close()
         for sock in self._sockets:
@@ -67,8 +81,9 @@ class Shell:
 
 
 @contextmanager
-def shell(*endpoints, free=False):
-    it = Shell(endpoints, free)
+def shell(*endpoints, clock=None):
+    """Run a vehicle process in lockstep, or free-running by a clock."""
+    it = Shell(endpoints, clock)
     try:
         yield it
     finally:
@@ -116,7 +131,7 @@ def test_a_datagram_that_was_promised_and_does_not_come_is_an_error(monkeypatch)
     monkeypatch.setattr("mavherd.vehicles.process.LIVENESS_S", 0.2)
     with shell() as it:
         it.control.sendall(GRANT.pack(50_000, 1))
-        it.thread.join(5)
+        assert it.has_ended()
         assert "lost before 0.05 s" in str(it.error)
 
 
@@ -124,8 +139,7 @@ def test_end_of_file_ends_lockstep():
     with shell() as it:
         it.grant(50_000)
         it.control.close()
-        it.thread.join(2)
-        assert not it.thread.is_alive()
+        assert it.has_ended()
         assert it.error is None
 
 
@@ -133,8 +147,7 @@ def test_a_torn_grant_is_an_end_of_file():
     with shell() as it:
         it.control.sendall(GRANT.pack(50_000, 0)[:5])
         it.control.close()
-        it.thread.join(2)
-        assert not it.thread.is_alive()
+        assert it.has_ended()
         assert it.process.vehicle.now_us == 0
 
 
@@ -143,8 +156,7 @@ def test_a_launcher_that_dies_within_a_tick_is_an_end_of_file_too():
         it.control.sendall(GRANT.pack(20_000_000, 0))
         it.control.close()
         it.coordinator.close()
-        it.thread.join(10)
-        assert not it.thread.is_alive()
+        assert it.has_ended()
         assert it.error is None
 
 
@@ -155,11 +167,11 @@ def test_outside_clients_are_served_between_ticks_and_counted_once():
     port = UdpIn(HOST, 0)
     with shell(port) as it, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as gcs:
         gcs.connect((HOST, port.port))
-        gcs.settimeout(5)
+        gcs.settimeout(PATIENCE_S)
         codec = Codec(255, 190)
         for _ in range(3):
             gcs.send(b"\xfd\x09garbage")
-        time.sleep(0.05)
+        assert codec.decode(gcs.recv(65535)), "whoever comes is greeted"
         (_, _, outside, _), _ = it.grant(50_000)
         assert outside == 0, "garbage is nobody"
         for _ in range(3):
@@ -178,7 +190,10 @@ def test_the_coordinators_bytes_do_not_change_when_somebody_watches():
     with shell() as it:
         alone = ticks(it)
     server = TcpServer(listen_tcp(HOST, 0))
-    with shell(server) as it, socket.create_connection((HOST, server.port), timeout=5) as gcs:
+    with (
+        shell(server) as it,
+        socket.create_connection((HOST, server.port), timeout=PATIENCE_S) as gcs,
+    ):
         gcs.sendall(Codec(255).encode([command(511, 30, 10_000)]) + b"\xfd\xff noise")
         while not it.process.outside_clients:
             time.sleep(0.01)
@@ -188,7 +203,7 @@ def test_the_coordinators_bytes_do_not_change_when_somebody_watches():
 
 def test_a_paused_lockstep_still_sends_heartbeats_to_those_who_wait():
     server = TcpServer(listen_tcp(HOST, 0))
-    with shell(server), socket.create_connection((HOST, server.port), timeout=5) as gcs:
+    with shell(server), socket.create_connection((HOST, server.port), timeout=PATIENCE_S) as gcs:
         codec, heard = Codec(255), []
         while len(heard) < 2:
             heard += codec.decode(gcs.recv(65535))
@@ -198,27 +213,29 @@ def test_a_paused_lockstep_still_sends_heartbeats_to_those_who_wait():
 # Free running
 
 
-def test_free_running_follows_the_wall_clock_and_stops_at_end_of_file():
-    with shell(free=True) as it:
-        began = time.monotonic()
-        while it.process.vehicle.now_us < 400_000:
-            assert time.monotonic() - began < 5
-            time.sleep(0.01)
-        assert time.monotonic() - began > 0.3
+def test_free_running_follows_the_clock_and_stops_at_end_of_file():
+    clock = [0.405]
+    with shell(clock=lambda: clock[0]) as it:
+        it.lives(400_000)
         ground = Codec(254, 190)
         it.coordinator.send(ground.encode([command(512, 148)]))
         names = []
         while "AUTOPILOT_VERSION" not in names:
             names += [m.get_type() for m in ground.decode(it.coordinator.recv(65535))]
         assert "COMMAND_ACK" in names
+        assert it.process.vehicle.now_us == 400_000
+        clock[0] = 0.605
+        it.lives(600_000)
+    assert it.process.vehicle.now_us == 600_000
 
 
 def test_free_running_outlives_its_coordinator():
-    with shell(free=True) as it:
+    clock = [0.0]
+    with shell(clock=lambda: clock[0]) as it:
         it.coordinator.close()
-        before = it.process.vehicle.now_us
-        time.sleep(0.3)
-        assert it.process.vehicle.now_us > before
+        for tenths in range(4, 25, 4):  # it says something each second
+            clock[0] = tenths * 0.1 + 0.005
+            it.lives(tenths * 100_000)
         assert it.thread.is_alive()
 
 
@@ -241,88 +258,93 @@ def by_hand(*args):
         process.communicate()
 
 
-def udp_client(port=None):
-    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    sock.bind((HOST, 0))
-    if port is not None:
-        sock.connect((HOST, port))
-    sock.settimeout(5)
-    return sock
+@contextmanager
+def kept_port():
+    """Yield a free TCP port that nobody gets but who asks for this very one."""
+    with socket.socket() as sock:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.bind((HOST, 0))
+        yield sock.getsockname()[1]
 
 
 class Pilot:
-    """A ground station on one UDP port."""
+    """A ground station on TCP, where nothing is lost however long somebody stands still."""
 
     def __init__(self, port):
-        self.sock = udp_client(port)
+        self.sock = socket.create_connection((HOST, port), timeout=PATIENCE_S)
         self.codec = Codec(255, 190)
+        self.track = []
 
-    def hear(self, seconds):
-        heard, deadline = [], time.monotonic() + seconds
-        while (left := deadline - time.monotonic()) > 0:
-            self.sock.settimeout(left)
-            try:
-                heard += self.codec.decode(self.sock.recv(65535), stream=False)
-            except TimeoutError:
-                break
+    def close(self):
+        self.sock.close()
+
+    def hear(self):
+        """Wait for something; return it."""
+        heard = self.codec.decode(self.sock.recv(65535))
+        self.track += [m for m in heard if m.get_type() == "LOCAL_POSITION_NED"]
         return heard
 
     def command(self, number, *params):
-        self.sock.settimeout(5)  # `hear` leaves what was left of its own time
-        self.sock.send(self.codec.encode([command(number, *params)]))
-        deadline = time.monotonic() + 5
-        while time.monotonic() < deadline:
-            for m in self.codec.decode(self.sock.recv(65535), stream=False):
+        """Send a command; return the result in its answer."""
+        self.sock.sendall(self.codec.encode([command(number, *params)]))
+        while True:
+            for m in self.hear():
                 if m.get_type() == "COMMAND_ACK" and m.command == number:
                     return m.result
-        raise AssertionError(f"no answer to {number}")
 
 
-def attack(ports, seconds):
+def attack(ports, over):
     """Random bytes, truncated frames and frames for nobody on every port, as fast as may be."""
     rng, good = random.Random(3), Codec(200, 1).encode([command(400, 0)])
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
+    while not over.wait(0.002):
         junk = rng.choice(
             [rng.randbytes(rng.randrange(1, 1500)), good[: rng.randrange(len(good))], b"\xfd" * 300]
         )
         for kind, port in ports:
-            with socket.socket(socket.AF_INET, kind) as sock:
+            with socket.socket(socket.AF_INET, kind) as sock, suppress(OSError):
                 sock.settimeout(1)
-                if sock.connect_ex((HOST, port)) == 0:
-                    sock.send(junk)
-        time.sleep(0.002)
+                sock.connect((HOST, port))
+                sock.send(junk)
 
 
 def test_random_bytes_on_every_port_do_not_disturb_a_flight():
-    with udp_client() as ground:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground, kept_port() as tcp:
+        ground.bind((HOST, 0))
+        ground.settimeout(PATIENCE_S)
         out = f"{HOST}:{ground.getsockname()[1]}"
-        with listen_tcp(HOST, 0) as free:
-            tcp = free.getsockname()[1]
         args = ["--sysid", "3", "--instance", "0", "--tcp", str(tcp), "--udpout", out]
-        with by_hand("quadcopter", *args, "--udpin", f"{HOST}:0") as (process, line):
+        with (
+            by_hand("quadcopter", *args, "--udpin", f"{HOST}:0") as (process, line),
+            ExitStack() as opened,
+        ):
             port = int(re.search(rf"udpin:{HOST}:(\d+)", line)[1])
             assert f"tcp:{HOST}:{tcp}" in line
             _, vehicle = ground.recvfrom(65535)
             ports = [(socket.SOCK_DGRAM, port), (socket.SOCK_STREAM, tcp)]
             ports.append((socket.SOCK_DGRAM, vehicle[1]))  # which must be deaf to it
-            pilot = Pilot(port)
+            pilot = opened.enter_context(closing(Pilot(tcp)))
             assert pilot.command(176, 1, 4) == 0
             assert pilot.command(400, 1) == 0
             assert pilot.command(22, 0, 0, 0, 0, 0, 0, 2) == 0
-            attacker = threading.Thread(target=attack, args=(ports, 3.5))
+            pilot.track.clear()
+            over = threading.Event()
+            attacker = threading.Thread(target=attack, args=(ports, over))
             attacker.start()
-            heard = pilot.hear(4.5)
-            attacker.join()
-            track = [m for m in heard if m.get_type() == "LOCAL_POSITION_NED"]
-            assert len(track) > 35, "10 Hz, all the time"
-            assert track[-1].z == pytest.approx(-2, abs=0.3)
+            try:
+                while len(pilot.track) < 45:
+                    pilot.hear()
+            finally:
+                over.set()
+                attacker.join()
+            times = [m.time_boot_ms for m in pilot.track]
+            steps = {b - a for a, b in pairwise(times[1:])}  # the very first comes at once
+            assert steps == {100}, "10 Hz, all the time"
+            assert pilot.track[-1].z == pytest.approx(-2, abs=0.3)
             assert pilot.codec.lost == 0
             assert pilot.command(512, 148) == 0
             process.send_signal(signal.SIGTERM)
-            assert process.wait(5) == 0
+            assert process.wait(PATIENCE_S) == 0
             assert "Traceback" not in process.stderr.read()
-            pilot.sock.close()
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -330,9 +352,8 @@ def test_a_vehicle_by_hand_stops_cleanly(how):
     with by_hand("rover", "--tcp", "0", "--udpin", f"{HOST}:0") as (process, line):
         assert line.startswith("rover1: rover, system id 1: udpin:")
         process.stderr.readline()  # "Ctrl-C stops it."
-        time.sleep(0.1)
         process.send_signal(how)
-        assert process.wait(5) == 0
+        assert process.wait(PATIENCE_S) == 0
         assert process.stderr.read() == ""
 
 
@@ -351,7 +372,7 @@ def test_a_mistake_is_one_line_and_exit_code_2(args, complaint):
         [sys.executable, "-m", "mavherd", "vehicle", "rover", *args],
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert done.returncode == 2
@@ -367,7 +388,7 @@ def test_a_taken_port_is_named():
             [sys.executable, "-m", "mavherd", "vehicle", "rover", "--tcp", str(port)],
             capture_output=True,
             text=True,
-            timeout=20,
+            timeout=PATIENCE_S,
             check=False,
         )
     assert done.returncode == 2

@@ -11,7 +11,7 @@ from pathlib import Path
 import pexpect
 from facts import distance, fact, offset
 
-PATIENCE = 40  # s
+PATIENCE = 60  # s
 HOME = (47.3977, 8.5456)  # where a vehicle starts that is told nothing else
 _POSITION = r"GLOBAL_POSITION_INT \{[^}]*lat : (-?\d+), lon : (-?\d+),[^}]*relative_alt : (-?\d+)"
 
@@ -46,14 +46,12 @@ class Prompt:
         return self.read(*patterns)
 
     def be_at(self, north: float, east: float, up: float, within: float = 0.7) -> None:
-        """Watch positions go by until the vehicle is there."""
-        self.type("watch GLOBAL_POSITION_INT")
+        """Read the positions that are watched until the vehicle is there."""
         there = offset(*HOME, north, east)
-        for _ in range(3000):
+        for _ in range(6000):
             lat, lon, height = (int(text) for text in self.read(_POSITION).groups())
             off = distance((lat / 1e7, lon / 1e7), there)
             if off < within and abs(height / 1e3 - up) < within:
-                self.type("watch")
                 return
         raise TimeoutError(f"not at {north}, {east}, {up}")
 
@@ -114,6 +112,7 @@ def handle_parameters(proxy: Prompt) -> None:
 
 def fly(proxy: Prompt) -> None:
     """Take off in GUIDED, go somewhere, fly the mission, return."""
+    proxy.type("watch GLOBAL_POSITION_INT")  # all the way: what is passed is not seen again
     proxy.ask("mode guided", "Mode GUIDED")
     fact(mode="GUIDED")
     proxy.ask("arm throttle", "ARMED")
@@ -138,6 +137,7 @@ def fly(proxy: Prompt) -> None:
 
 def drive(proxy: Prompt) -> None:
     """Drive somewhere in GUIDED, and stop."""
+    proxy.type("watch GLOBAL_POSITION_INT")
     proxy.ask("mode guided", "Mode GUIDED")
     proxy.ask("arm throttle", "ARMED")
     lat, lon = offset(*HOME, 6, -4)

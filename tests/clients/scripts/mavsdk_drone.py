@@ -12,7 +12,7 @@ from mavsdk.asyncio.plugins.offboard import OffboardAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 
-PATIENCE = 40.0  # s
+PATIENCE = 60.0  # s
 
 
 async def until(
@@ -83,7 +83,7 @@ async def connected(url: str, *, px4: bool = False) -> AsyncGenerator[Drone]:
     station = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
     async with Mavsdk(station) as mavsdk:
         await mavsdk.add_any_connection(url)
-        system = await mavsdk.first_autopilot(timeout_s=15.0)
+        system = await mavsdk.first_autopilot(timeout_s=PATIENCE)
         if system is None:
             raise ConnectionError("no autopilot")
         fact(connected=True)

@@ -15,7 +15,7 @@ from mavsdk_grpc.mission_raw import MissionItem, MissionRawError
 from mavsdk_grpc.offboard import PositionNedYaw, VelocityNedYaw
 from mavsdk_grpc.param import ParamError
 
-PATIENCE = 40.0  # s
+PATIENCE = 60.0  # s
 RELATIVE_INT = 6  # MAV_FRAME
 
 

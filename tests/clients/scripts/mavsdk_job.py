@@ -36,6 +36,7 @@ async def take_off(drone: Drone, height: float = 5.0) -> None:
     said = asyncio.create_task(
         until(telemetry.subscribe_status_text(), lambda t: t.text.startswith("Arm"))
     )
+    await asyncio.sleep(0)  # it listens now, before there is anything to hear
     await drone.arm()
     await drone.action.takeoff()
     await drone.be_at(0, 0, height)

@@ -14,7 +14,7 @@ from mavsdk.asyncio.plugins.info import InfoAsync
 from mavsdk.asyncio.plugins.log_files import LogFilesAsync
 from mavsdk.asyncio.plugins.mavlink_direct import MavlinkDirectAsync, MavlinkMessage
 from mavsdk.asyncio.plugins.telemetry import TelemetryError
-from mavsdk_drone import Drone, until
+from mavsdk_drone import PATIENCE, Drone, until
 
 SET_MESSAGE_INTERVAL, UNKNOWN = 511, 31_999  # MAV_CMD
 SCALED_PRESSURE, WIND_COV = 29, 231  # messages that MAVSDK hears but has no function to ask for
@@ -72,8 +72,9 @@ async def listen_to_everything(drone: Drone) -> None:
         await command(drone, SET_MESSAGE_INTERVAL, number, 100_000)
 
     async def hear(name: str) -> tuple[str, str | None]:
+        patience = 5 if name in refused else PATIENCE  # nothing is expected of what was refused
         try:
-            return name, str(await until(offers[name](), lambda value: True, patience=5))
+            return name, str(await until(offers[name](), lambda value: True, patience))
         except TimeoutError:
             return name, None
 

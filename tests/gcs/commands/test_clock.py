@@ -55,10 +55,10 @@ def test_however_it_is_written_steps_are_waited_for(words, monkeypatch, capsys):
     assert capsys.readouterr().out == "20.00 s, paused, max speed\n"
 
 
-def test_a_run_that_has_ended_is_told_as_that_without_asking_zenoh(said, tmp_path, monkeypatch):
+def test_a_run_that_has_ended_is_told_as_that_without_asking_zenoh(
+    said, tmp_path, monkeypatch, endpoint
+):
     monkeypatch.setattr(Bus, "client", lambda *_: pytest.fail("Zenoh tries for seconds"))
-    with socket.create_server(("127.0.0.1", 0)) as router:
-        endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
     (tmp_path / "ports.json").write_text(json.dumps({"zenoh": endpoint}))
     for where in (tmp_path, endpoint):
         assert said(where, "pause") == f"mavherd: {where}: its clock is gone: the run has ended"

@@ -1,10 +1,13 @@
 """Mistakes at `mavherd record` and `mavherd convert` are one clear line, before anything starts."""
 
+import os
 import socket
 import sys
+from math import inf
 
 import pytest
 
+from mavherd.gcs import patience
 from mavherd.gcs.cli import main
 from mavherd.gcs.commands.record import Teller
 from mavherd.gcs.recording.outside.lines import listen_address
@@ -15,6 +18,7 @@ from mavherd.transport.mavlink import Codec, mav
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(patience, "WAIT_S", inf)  # however long it takes, that is not told
     (tmp_path / "is.rrd").write_bytes(b"kept")
     (tmp_path / "log.tlog").write_bytes(b"no log")
     (tmp_path / "some.bin").write_bytes(b"\xa3\x95" + bytes(99))
@@ -52,10 +56,13 @@ def test_mistakes_are_one_clear_line(folder, capsys, args, words):
 
 
 @pytest.fixture
-def port():
+def here():
+    """A place to listen on a loopback address of our own: nobody else binds it or sends there."""
+    pid = os.getpid()
+    host = f"127.{1 + (pid >> 16)}.{pid >> 8 & 255}.{pid & 255}"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+        probe.bind((host, 0))
+        return f"{host}:{probe.getsockname()[1]}"
 
 
 @pytest.fixture
@@ -64,15 +71,15 @@ def log(folder):
     (folder / "is.tlog").write_bytes((1_790_000_000_000_000).to_bytes(8, "big") + beat)
 
 
-RECORD = ("record", "--listen", "udp:{port}", "--tlog", "new.tlog", "--duration", "0.3")
+RECORD = ("record", "--listen", "udp:{here}", "--tlog", "new.tlog", "--duration", "0.3")
 KEPT = ["is.rrd", "is.tlog", "log.tlog", "some.bin"]
 
 
 @pytest.mark.parametrize("args", [RECORD, ("convert", "is.tlog", "-o", "new.rrd")])
 @pytest.mark.usefixtures("log")
-def test_without_rerun_it_is_said_what_to_install(folder, capsys, monkeypatch, args, port):
+def test_without_rerun_it_is_said_what_to_install(folder, capsys, monkeypatch, args, here):
     monkeypatch.setitem(sys.modules, "rerun", None)
-    assert main([arg.format(port=port) for arg in args]) == 2
+    assert main([arg.format(here=here) for arg in args]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "pip install 'mavherd[view]'" in line
     assert sorted(path.name for path in folder.iterdir()) == KEPT
@@ -82,27 +89,27 @@ def test_without_rerun_it_is_said_what_to_install(folder, capsys, monkeypatch, a
     "args", [(*RECORD, "-o", "/proc/no.rrd"), ("convert", "is.tlog", "-o", "/proc/no.rrd")]
 )
 @pytest.mark.usefixtures("log")
-def test_what_cannot_be_written_is_one_clear_line(folder, capsys, args, port):
+def test_what_cannot_be_written_is_one_clear_line(folder, capsys, args, here):
     pytest.importorskip("rerun")
-    assert main([arg.format(port=port) for arg in args]) == 2
+    assert main([arg.format(here=here) for arg in args]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("mavherd: /proc/no.rrd.part: cannot be written: ")
     assert sorted(path.name for path in folder.iterdir()) == KEPT
 
 
 @pytest.mark.usefixtures("log")
-def test_a_tlog_that_cannot_be_written_is_one_clear_line(folder, capsys, port):
+def test_a_tlog_that_cannot_be_written_is_one_clear_line(folder, capsys, here):
     pytest.importorskip("rerun")
-    args = ("record", "--listen", f"udp:{port}", "-o", "new.rrd", "--tlog", "/proc/no.tlog")
+    args = ("record", "--listen", f"udp:{here}", "-o", "new.rrd", "--tlog", "/proc/no.tlog")
     assert main(args) == 2
     assert "mavherd: /proc/no.tlog: cannot be written: " in capsys.readouterr().err
     assert sorted(path.name for path in folder.iterdir()) == KEPT
 
 
 @pytest.mark.usefixtures("log")
-def test_where_nobody_is_heard_nothing_is_left(folder, capsys, port):
+def test_where_nobody_is_heard_nothing_is_left(folder, capsys, here):
     pytest.importorskip("rerun")
-    assert main([arg.format(port=port) for arg in RECORD]) == 3
+    assert main([arg.format(here=here) for arg in RECORD]) == 3
     assert "nothing is heard" in capsys.readouterr().err
     assert sorted(path.name for path in folder.iterdir()) == KEPT
 

@@ -29,7 +29,8 @@ def values(path):
     return sorted(v for row in lines for (v,) in row["Scalars:scalars"].to_pylist())
 
 
-def test_what_is_recorded_in_many_batches_becomes_small_and_stays_the_same(tmp_path):
+def test_what_is_recorded_in_many_batches_becomes_small_and_stays_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr("mavherd.gcs.recording.compact._PATIENCE_S", 60.0)
     path = tmp_path / "run.rrd"
     record(path)
     before, size = values(path), path.stat().st_size

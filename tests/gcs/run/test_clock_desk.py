@@ -1,7 +1,6 @@
 """Orders that come over the bus are answered or refused, and told as events; time is published."""
 
 import json
-import socket
 import threading
 import time
 from contextlib import contextmanager
@@ -12,14 +11,11 @@ from mavherd.gcs.run.clock_control import FREE, ClockControl
 from mavherd.gcs.run.clock_desk import OVER, ClockDesk
 from mavherd.transport.bus import Bus
 
-PATIENCE = 10.0
+PATIENCE = 60.0
 
 
 @pytest.fixture
-def buses():
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{sock.getsockname()[1]}"
+def buses(endpoint):
     with Bus.router(endpoint, "run1") as router, Bus.client(endpoint, "run1") as client:
         yield router, client
 

@@ -104,6 +104,6 @@ def test_at_a_terminal_keys_come_one_by_one_without_an_echo(end):
         assert not termios.tcgetattr(theirs)[3] & (termios.ECHO | termios.ICANON)
         assert termios.tcgetattr(theirs)[3] & termios.ISIG  # Ctrl-C is Ctrl-C
         os.write(ours, b" \x1b[C" + end.encode())
-        said, _ = process.communicate(timeout=30)
+        said, _ = process.communicate(timeout=60)
         assert said.strip() == str([" ", "\x1b[C", *end])
         assert termios.tcgetattr(theirs) == before

@@ -18,7 +18,7 @@ from mavherd.transport.errors import VehicleError
 NO_PORTS = PortPlan(gcs_udp=0, api_udp=0, tcp=0)
 
 
-def test_no_socket_stays_open_when_a_start_breaks_off(tmp_path):
+def test_no_socket_stays_open_when_a_start_breaks_off(tmp_path, children):
     scenario = load_scenario("crossing-targets")
     starts = draw_starts(scenario)
     files, processes = open_files(), children()
@@ -30,7 +30,7 @@ def test_no_socket_stays_open_when_a_start_breaks_off(tmp_path):
         with pytest.raises(VehicleError, match="has died") as broken:
             crew.start(tmp_path, "tcp/-", lockstep=True, started=0.0, record=False)
         crew.stop(hurry=True)
-    assert open_files() == files
+    assert not open_files() - files  # what others had may have been closed meanwhile
     assert broken.tb  # in it, what the start had in hand is alive
 
 
@@ -47,7 +47,7 @@ def test_linear_algebra_starts_no_threads_that_spin_unless_somebody_says_so(
     while not (words := Path(f"/proc/{child.process.pid}/environ").read_text().split("\0")[:-1]):
         assert child.process.poll() is None  # else its exec is still under way
     channel.close()
-    child.end(20.0)
+    child.end(60.0)
     assert [word for word in words if word.startswith(name)] == [f"{name}={found}"]
     assert os.environ.get(name) == given
 
@@ -59,9 +59,3 @@ def open_files():
         with suppress(FileNotFoundError):  # the folder itself, which is read here
             found.add((entry.name, str(entry.readlink())))
     return found
-
-
-def children():
-    """Return our child processes."""
-    tasks = Path("/proc/self/task").glob("*/children")
-    return {int(pid) for task in tasks for pid in task.read_text().split()}

@@ -375,7 +375,7 @@ def test_what_is_waited_for_before_and_after_a_run_has_lines_of_its_own(scenario
     out = console(terminal=False, width=200)
 
     def said(text):
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 60
         while text not in out.file.getvalue():
             assert time.monotonic() < deadline, f"never said: {text}"
             time.sleep(0.01)

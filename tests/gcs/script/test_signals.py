@@ -8,6 +8,17 @@ import pytest
 from mavherd.gcs.script.signals import Signals, Terminated
 
 
+@pytest.fixture(autouse=True)
+def _nobody_heeds_signals():
+    """Have the handlers of a Python that was started from a terminal, whoever has started this."""
+    usual = {signal.SIGINT: signal.default_int_handler}
+    usual |= dict.fromkeys((signal.SIGTERM, signal.SIGHUP), signal.SIG_DFL)
+    before = {signum: signal.signal(signum, handler) for signum, handler in usual.items()}
+    yield
+    for signum, handler in before.items():
+        signal.signal(signum, handler)
+
+
 @pytest.fixture
 def signals():
     signals = Signals()
