@@ -1,7 +1,9 @@
-"""What all tests share: repeatable hypothesis runs, and a vehicle on a desk."""
+"""What all tests share: repeatable hypothesis runs, a vehicle on a desk, ports that are held."""
 
 import signal
-from collections.abc import Iterator
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from math import hypot
 
 import pytest
@@ -148,6 +150,24 @@ def quad(desk: type[Desk]) -> Desk:
 @pytest.fixture
 def rover(desk: type[Desk]) -> Desk:
     return desk("rover")
+
+
+@pytest.fixture
+def hold_port() -> Iterator[Callable[[], int]]:
+    """Return a TCP port that the system gives to nobody who asks for any: hold_port().
+
+    Who is told of it can listen there; as long as nobody does, callers are refused.
+    """
+    with ExitStack() as held:
+
+        def hold() -> int:
+            sock = held.enter_context(socket.socket())
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # who listens sets it, too
+            sock.bind(("127.0.0.1", 0))
+            port: int = sock.getsockname()[1]
+            return port
+
+        yield hold
 
 
 @pytest.fixture

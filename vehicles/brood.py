@@ -41,6 +41,7 @@ def rear(processes: Sequence[VehicleProcess], serve: Serve, keeper: socket.socke
     children: dict[int, str] = {}
     gc.freeze()
     stops = {each for each in _STOPS if signal.getsignal(each) is not signal.SIG_IGN}
+    signal.signal(signal.SIGCHLD, lambda *_: None)  # who ignores it is told of no end
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*_STOPS, signal.SIGCHLD})
     try:
         for process in processes:
@@ -71,6 +72,7 @@ def _fork(
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends these to everybody:
         signal.signal(signal.SIGHUP, signal.SIG_IGN)  # the parent decides
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         keeper.close()
         for other in processes:

@@ -26,7 +26,7 @@ from .view import Step
 
 _RECORDER_END_S = 20.0
 _TELL_S = 0.5  # for the nursery to tell how vehicles have ended that have said their last word
-_CAUSE_S = 10.0  # to learn how a process has ended that is gone
+_CAUSE_S = 3.0  # to learn how a process has ended that is gone
 _TOLD = 4  # times, while vehicles start
 _MORE_S = 0.2  # in a hurry, for vehicles to end, then for the nursery, then for the recorder
 

@@ -8,7 +8,7 @@ from ...transport.wire import Phase
 _AT_REST = (Phase.WAITING.name.lower(), Phase.DONE.name.lower())
 _FATES = {
     "ardupilot": "ArduPilot stops after 3 s (GUID_TIMEOUT) and stays there, armed, in GUIDED",
-    "px4": "PX4 fails safe after 1 s (COM_OF_LOSS_T) and returns, or does as COM_OBL_RC_ACT says",
+    "px4": "PX4 fails safe after 1 s (COM_OF_LOSS_T): returns, lands, or as COM_OBL_RC_ACT says",
 }
 
 

@@ -61,6 +61,9 @@ class Scripted:
         Raises Refused when the vehicle is in no state for it, TakenOver when it is not ours.
         """
         if problem := obstacle(order, self._situation()):
+            lost = self.task.error
+            if isinstance(lost, TakenOver) and not self._station.status.armed:
+                raise TakenOver(str(lost))  # between two orders: nobody has been told how
             error = TakenOver if self._taken else Refused
             raise error(f"{self.spec.name}: {problem}")
         if isinstance(order, TakeOff) and self.airborne:

@@ -167,7 +167,7 @@ def run_client(folder: Path, script: str, *args: object, patience: float = 400) 
     Whatever processes it started end with it.
     """
     told = folder / "facts.jsonl"
-    told.touch()
+    told.write_text("")
     client = subprocess.Popen(
         [sys.executable, "-W", "ignore", SCRIPTS / script, *map(str, args)],
         cwd=folder,

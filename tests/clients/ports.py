@@ -4,9 +4,10 @@ import os
 import random
 import socket
 
-# Below what Linux gives to those who ask for any port: nobody gets one of these by chance. Workers
-# of one run share them out; another run at the same time takes them in another order.
-_NUMBERS = range(20_000, 32_768)
+# Below what Linux gives to those who ask for any port: nobody gets one of these by chance; above
+# those of tests/e2e. Workers of one run share them out; another run at the same time takes them in
+# another order.
+_NUMBERS = range(27_000, 32_768)
 _SHUFFLED = random.Random(os.environ.get("PYTEST_XDIST_TESTRUNUID")).sample(_NUMBERS, len(_NUMBERS))
 _WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
 _OURS = iter(_SHUFFLED[_WORKER :: int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))])

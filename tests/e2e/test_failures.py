@@ -64,9 +64,9 @@ def test_one_of_several_coordinators_that_is_killed_is_the_one_that_is_named(san
 
 def test_a_run_outlives_its_nursery(sandbox):
     process = sandbox.start("run", sandbox.scenario(), "--no-record", "--paused")
-    sandbox.wait_for(lambda: order(sandbox, "step", 100), "some seconds of the run")
+    sandbox.wait_for(lambda: sandbox.clock("step", 100), "some seconds of the run")
     os.kill(sandbox.part("nursery"), signal.SIGKILL)
-    assert order(sandbox, "resume")
+    assert sandbox.clock("resume")
     done = sandbox.finish(process)
     assert done.code == 0
     assert done.report["passed"]
@@ -138,7 +138,7 @@ def test_garbage_on_every_port_of_a_run_changes_nothing(sandbox):
         while len(frames) < 2:
             frame, address = ground.recvfrom(2048)
             frames[address] = frame
-        sandbox.wait_for(lambda: order(sandbox, "step", 40), "the first seconds")
+        sandbox.wait_for(lambda: sandbox.clock("step", 40), "the first seconds")
         folder = sandbox.run_folder()
         ports = json.loads((folder / "ports.json").read_text())
         served = [p["tcp"] for p in ports.values() if isinstance(p, dict)] + [ports["zenoh"]]
@@ -146,8 +146,8 @@ def test_garbage_on_every_port_of_a_run_changes_nothing(sandbox):
         streams = [socket.create_connection(_address(text)) for text in served]
         for round_ in range(100):
             if round_ == 50:  # half of it comes while time stands still
-                assert order(sandbox, "speed", 5)
-                assert order(sandbox, "resume")
+                assert sandbox.clock("speed", 5)
+                assert sandbox.clock("resume")
             for address, frame in frames.items():
                 cut = frame[: rng.randrange(1, len(frame))]
                 flipped = bytes(b ^ (rng.random() < 0.1) for b in frame)
@@ -160,12 +160,6 @@ def test_garbage_on_every_port_of_a_run_changes_nothing(sandbox):
         done = sandbox.finish(process)
     assert done.code == 0
     assert done.report["digest"] == quiet.report["digest"]
-
-
-def order(sandbox, *words):
-    """Order something of the run's clock; return whether it was done."""
-    folder = sandbox.run_folder()
-    return folder and sandbox.start("clock", folder, *words).wait(60) == 0
 
 
 def _address(text):

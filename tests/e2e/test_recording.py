@@ -41,20 +41,13 @@ def true_until(log):
     return -1.0
 
 
-def clock(sandbox, folder, *order):
-    """Order something of a run's clock; return whether it was granted."""
-    command = sandbox.start("clock", folder, *order)
-    command.communicate(timeout=60)
-    return command.returncode == 0
-
-
-def start(sandbox, **scenario):
+def start(sandbox, far=FAR, **scenario):
     """Start a run; return its process and folder when time stands still and has been recorded."""
-    process = sandbox.start("run", sandbox.scenario(**{"far": FAR, **scenario}), "--paused")
+    process = sandbox.start("run", sandbox.scenario(far=far, **scenario), "--paused")
     (ports,) = sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/ports.json")), "ports")
     folder = ports.parent
-    sandbox.wait_for(lambda: clock(sandbox, folder, "status"), "the clock")
-    assert clock(sandbox, folder, "step", 60)
+    sandbox.wait_for(lambda: sandbox.clock("status"), "the clock")
+    assert sandbox.clock("step", 60)
     assert true_until(folder / "vehicles/rover1/truth.bin.part") == pytest.approx(MOMENT_S)
     part = folder / "run.rrd.part"
     wanted = MOMENT_S - BEHIND_S
@@ -62,17 +55,12 @@ def start(sandbox, **scenario):
     return process, folder
 
 
-def go_on(sandbox, folder):
-    """Let the rest of a run pass as fast as it goes."""
-    assert clock(sandbox, folder, "resume")
-
-
 def test_a_recorder_that_is_killed_is_told_of_at_once_and_changes_nothing(sandbox):
     process, folder = start(sandbox)
     os.kill(sandbox.part("recorder"), signal.SIGKILL)
     log = folder / "events.jsonl"
     sandbox.wait_for(lambda: '"problem"' in log.read_text(), "word of it")
-    go_on(sandbox, folder)
+    assert sandbox.clock("resume")
     done = sandbox.finish(process)
     report = done.report
     assert (done.code, report["passed"], report["partial"]) == (0, True, True)
@@ -96,7 +84,7 @@ def test_a_frozen_recorder_holds_up_nobody_and_goes_on_when_it_thaws(sandbox):
     process, folder = start(sandbox)
     recorder = sandbox.part("recorder")
     os.kill(recorder, signal.SIGSTOP)
-    go_on(sandbox, folder)
+    assert sandbox.clock("resume")
     log = folder / "events.jsonl"
     sandbox.wait_for(lambda: '"done"' in log.read_text(), "the end of the vehicles")
     os.kill(recorder, signal.SIGCONT)
@@ -109,7 +97,7 @@ def test_a_frozen_recorder_holds_up_nobody_and_goes_on_when_it_thaws(sandbox):
 def test_who_does_not_wait_for_a_frozen_recorder_at_the_end_is_told_what_is_missing(sandbox):
     process, folder = start(sandbox)
     os.kill(sandbox.part("recorder"), signal.SIGSTOP)
-    go_on(sandbox, folder)
+    assert sandbox.clock("resume")
     logs = [folder / f"vehicles/{name}/truth.bin" for name in ("rover1", "quad1")]
     sandbox.wait_for(lambda: all(log.exists() for log in logs), "the end of the vehicles")
     process.send_signal(signal.SIGINT)
@@ -121,7 +109,7 @@ def test_who_does_not_wait_for_a_frozen_recorder_at_the_end_is_told_what_is_miss
 def test_when_all_is_killed_at_once_logs_and_recording_hold_all_but_the_last_second(sandbox):
     process, folder = start(sandbox, far=10_000, duration=3600)  # it has not arrived by then
     logs = {name: folder / f"vehicles/{name}/truth.bin.part" for name in ("rover1", "quad1")}
-    go_on(sandbox, folder)
+    assert sandbox.clock("resume")
     sandbox.wait_for(lambda: true_until(logs["rover1"]) > MOMENT_S, "the next rows")
     for signum in (signal.SIGSTOP, signal.SIGKILL):  # so that nobody sees another's end
         for pid in sandbox.processes():

@@ -170,23 +170,16 @@ def test_a_free_run_follows_the_wall_clock_and_has_no_digest(sandbox):
     assert report["ticks"] > 100
 
 
-def clock(sandbox, folder, *order):
-    """Order something of a run's clock; return whether it was granted."""
-    command = sandbox.start("clock", folder, *order)
-    command.communicate(timeout=60)
-    return command.returncode == 0
-
-
 def test_an_outside_client_is_served_and_leaves_the_digest_alone(sandbox, short):
     scenario = sandbox.scenario()
     tcp = sandbox.free_port()
     options = "--no-record", "--paused", "--speed", 4, "--tcp", tcp
     process = sandbox.start("run", scenario, *options)
-    (ports,) = sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/ports.json")), "ports")
+    sandbox.wait_for(lambda: list(sandbox.folder.glob("runs/*/ports.json")), "ports")
     with closing(sandbox.connect(f"tcp:127.0.0.1:{tcp}")) as client:
         assert client.wait_heartbeat(timeout=60).get_srcSystem() == 1
         sandbox.greet(client)
-        sandbox.wait_for(lambda: clock(sandbox, ports.parent, "resume"), "the clock")
+        sandbox.wait_for(lambda: sandbox.clock("resume"), "the clock")
         while True:  # until it has arrived
             told = client.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=60)
             assert told.get_srcSystem() == 1

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from contextlib import closing, suppress
 from itertools import pairwise
 from pathlib import Path
@@ -138,7 +139,7 @@ with socket.socket(type=socket.SOCK_DGRAM) as sock:
 """
 
 
-def test_fifty_thousand_commands_a_second_on_its_port_silence_it_for_nobody(sandbox):
+def test_fifty_thousand_commands_a_second_on_its_port_do_not_slow_it_down(sandbox):
     vehicle = sandbox.start("vehicle", "quadcopter", "--udpin", "127.0.0.1:0")
     port = re.search(r"udpin:127.0.0.1:(\d+)", vehicle.stdout.readline())[1]
     command = mav.MAVLink_command_long_message(1, 1, mav.MAV_CMD_REQUEST_MESSAGE, 0, 148, *[0] * 6)
@@ -147,17 +148,27 @@ def test_fifty_thousand_commands_a_second_on_its_port_silence_it_for_nobody(sand
         sandbox.greet(client)
         flooder = subprocess.Popen([sys.executable, "-c", FLOOD, port, flood])
         try:
-            times = []  # its own: how fast that passes is the machine's affair
+            times, costs = [], []  # its own clock, and (wall clock, processor)
             while not times or times[-1] - times[0] < 3:
                 sandbox.greet(client)  # which the flood may wash away
                 if m := client.recv_match(type="ATTITUDE", blocking=True, timeout=1):
                     times.append(m.time_boot_ms / 1000)
+                    costs.append((time.monotonic(), cpu_of(vehicle.pid)))
             assert flooder.poll() is None
         finally:
             flooder.kill()
             flooder.wait()
     assert max(later - earlier for earlier, later in pairwise(times)) < 0.15, "at 10 Hz"
+    wall, cpu = (last - first for first, last in zip(costs[5], costs[-1], strict=True))
+    # at first it is starting up, and who gets no processor is slow without a flood
+    assert times[-1] - times[5] > 0.9 * wall or cpu < 0.8 * wall
     stop(sandbox, vehicle)
+
+
+def cpu_of(pid):
+    """Return the processor time, s, that a process has had."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 STOPS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
@@ -272,10 +283,13 @@ def test_none_outlives_a_command_that_was_killed(sandbox):
     sandbox.wait_for(lambda: not sandbox.processes(), "all have ended")
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
-def test_one_that_dies_ends_the_others(sandbox, how):
+@pytest.mark.parametrize(
+    ("how", "prefix"),
+    [(signal.SIGKILL, ()), (signal.SIGTERM, ()), (signal.SIGKILL, ("env", "--ignore-signal=CHLD"))],
+)
+def test_one_that_dies_ends_the_others(sandbox, how, prefix):
     with listener() as station:
-        fleet = Fleet(sandbox, station)
+        fleet = Fleet(sandbox, station, prefix=prefix)
     os.kill(fleet.children[1], how)
     done = sandbox.finish(fleet.parent)
     assert done.code == 3

@@ -14,9 +14,10 @@ pytest.importorskip("rerun")
 
 import rerun as rr
 
+from mavherd.gcs import Fleet
 from mavherd.gcs.recording.served import proxy_url
 from mavherd.gcs.recording.stream import Stream
-from mavherd.gcs.recording.viewers import OTHER_BINARY, rerun_binary
+from mavherd.gcs.recording.viewers import OTHER_BINARY, ViewerError, rerun_binary
 
 NO_WINDOW = ("env", "-u", "DISPLAY", "-u", "WAYLAND_DISPLAY", "-u", "WAYLAND_SOCKET")
 NOWHERE = (*NO_WINDOW, "DISPLAY=:98765")  # a display that is none
@@ -191,6 +192,25 @@ def test_a_viewer_that_cannot_come_up_is_told_and_the_run_goes_on(sandbox, unwat
     (told,) = words_of(sandbox)
     assert re.match("the viewer ended with exit code 1: .*X server.*; the run goes on", told)
     assert told in done.err.replace("\n", "")
+
+
+def test_a_script_is_watched_like_a_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+    with (
+        pytest.raises(ViewerError, match="no display"),
+        Fleet.from_scenario("one-rover", view=True),
+    ):
+        pass
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setenv("DISPLAY", ":98765")  # a display that is none: the viewer dies
+    told = "the viewer ended with exit code 1"
+    with Fleet.from_scenario("one-rover", view=True, speed=20) as fleet:
+        fleet.wait(lambda: any(told in event.text for event in fleet.events), timeout=1200)
+        fleet["rover1"].arm()
+        fleet["rover1"].goto(east=1, north=0)
+    assert fleet.outcome.report["passed"]
 
 
 def test_a_recording_is_served_until_it_is_enough(sandbox, unwatched):

@@ -1,10 +1,8 @@
-"""Synthetic truth: logs as a vehicle writes them, from positions in ENU; ports that are ours."""
+"""Synthetic truth: logs as a vehicle writes them, from positions in ENU; where a router listens."""
 
 import json
-import socket
 import struct
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +17,7 @@ ACTUATORS = {
     "quadcopter": ("rotor1_rad_s", "rotor2_rad_s", "rotor3_rad_s", "rotor4_rad_s"),
 }
 LEASE_MS = 60_000
+_NOT_OF_IT = "COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"
 LEVEL_FACING_NORTH = (1.0, 0.0, 0.0, 0.0)  # FRD to NED
 Way = Callable[[np.ndarray], tuple[object, object, object]]  # time -> east, north, up
 
@@ -53,28 +52,10 @@ def write_truth(
 def _any_terminal() -> Iterator[None]:
     """What is printed is the same wherever tests are run from."""
     with pytest.MonkeyPatch.context() as patched:
-        for name in ("FORCE_COLOR", "NO_COLOR", "COLUMNS", "LINES", "TTY_COMPATIBLE"):
+        for name in _NOT_OF_IT:
             patched.delenv(name, raising=False)
         patched.setenv("TERM", "xterm")
         yield
-
-
-@pytest.fixture
-def hold_port() -> Iterator[Callable[[], int]]:
-    """Return a TCP port that the system gives to nobody who asks for any: hold_port().
-
-    Who is told of it can listen there; as long as nobody does, callers are refused.
-    """
-    with ExitStack() as held:
-
-        def hold() -> int:
-            sock = held.enter_context(socket.socket())
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # who listens sets it, too
-            sock.bind(("127.0.0.1", 0))
-            port: int = sock.getsockname()[1]
-            return port
-
-        yield hold
 
 
 @pytest.fixture

@@ -1,11 +1,9 @@
 """Sessions of one run hear one another through the router, and no one hangs at the end."""
 
-import socket
 import subprocess
 import sys
 import threading
 import time
-from contextlib import contextmanager
 
 import pytest
 
@@ -16,15 +14,6 @@ from mavherd.transport.questions import MAX_WAITING
 
 PATIENCE = 60.0
 LEASE_MS = 60_000
-
-
-@contextmanager
-def kept_endpoint():
-    """Yield an endpoint with a free port that nobody else gets; a router can listen there."""
-    with socket.socket() as sock:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        sock.bind(("127.0.0.1", 0))
-        yield f"tcp/127.0.0.1:{sock.getsockname()[1]}"
 
 
 def until(condition):
@@ -42,9 +31,8 @@ def _long_lease(monkeypatch):
 
 
 @pytest.fixture
-def endpoint():
-    with kept_endpoint() as endpoint:
-        yield endpoint
+def endpoint(hold_port):
+    return f"tcp/127.0.0.1:{hold_port()}"
 
 
 @pytest.fixture
@@ -136,10 +124,10 @@ def test_a_taken_port_is_a_link_error_that_names_it(router, endpoint):
         Bus.router(endpoint, "run1")
 
 
-def test_an_absent_router_is_a_link_error_that_names_it_and_no_source_lines():
-    with kept_endpoint() as nowhere, pytest.raises(LinkError) as caught:
-        Bus.client(nowhere, "run1")
-    assert f"no Zenoh router at {nowhere}" in str(caught.value)
+def test_an_absent_router_is_a_link_error_that_names_it_and_no_source_lines(endpoint):
+    with pytest.raises(LinkError) as caught:
+        Bus.client(endpoint, "run1")
+    assert f"no Zenoh router at {endpoint}" in str(caught.value)
     assert ".rs:" not in str(caught.value)
 
 

@@ -258,15 +258,6 @@ def by_hand(*args):
         process.communicate()
 
 
-@contextmanager
-def kept_port():
-    """Yield a free TCP port that nobody gets but who asks for this very one."""
-    with socket.socket() as sock:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        sock.bind((HOST, 0))
-        yield sock.getsockname()[1]
-
-
 class Pilot:
     """A ground station on TCP, where nothing is lost however long somebody stands still."""
 
@@ -307,8 +298,9 @@ def attack(ports, over):
                 sock.send(junk)
 
 
-def test_random_bytes_on_every_port_do_not_disturb_a_flight():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground, kept_port() as tcp:
+def test_random_bytes_on_every_port_do_not_disturb_a_flight(hold_port):
+    tcp = hold_port()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground:
         ground.bind((HOST, 0))
         ground.settimeout(PATIENCE_S)
         out = f"{HOST}:{ground.getsockname()[1]}"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mavherd.gcs.run.children import converse
-from mavherd.gcs.run.crew import Crew
+from mavherd.gcs.run.crew import _MORE_S, END_S, Crew
 from mavherd.gcs.run.head_start import HeadStart
 from mavherd.gcs.run.ports import PortPlan
 from mavherd.scenarios.loader import load_scenario
@@ -59,3 +59,8 @@ def open_files():
         with suppress(FileNotFoundError):  # the folder itself, which is read here
             found.add((entry.name, str(entry.readlink())))
     return found
+
+
+def test_who_hurries_waits_less_than_the_two_seconds_that_are_promised():
+    vehicles_nursery_recorder = 3 * _MORE_S
+    assert END_S + vehicles_nursery_recorder < 2.0

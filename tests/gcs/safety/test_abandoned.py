@@ -37,6 +37,10 @@ def test_a_rover_does_not_fly():
     assert text.endswith("(MAVProxy: `mode HOLD` and `disarm`)")
 
 
+def test_a_px4_may_come_down_where_it_is():
+    assert "returns, lands, or as COM_OBL_RC_ACT says" in complaint([spec("quad1", "px4")])
+
+
 def test_of_an_unknown_flight_stack_both_are_told():
     assert "ArduPilot stops" in fate(spec("quad1", "auto"))
     assert "PX4 fails safe" in fate(spec("quad1", "auto"))

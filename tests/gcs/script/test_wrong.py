@@ -175,6 +175,17 @@ def test_a_vehicle_that_disarms_itself_is_told(desk_of):
         rover.goto(east=9, north=0)
 
 
+def test_one_that_disarmed_itself_between_two_orders_says_so_at_the_next(desk_of):
+    fleet, _ = desk_of("quad1")
+    quad = fleet["quad1"]
+    quad.arm()
+    fleet.sleep(12)  # longer than it stands armed without taking off
+    with pytest.raises(TakenOver, match=r"quad1: disarmed itself at .*arm\(\) takes it back"):
+        quad.takeoff(up=2)
+    quad.arm()
+    quad.takeoff(up=2)
+
+
 def test_a_silent_link_is_lost(desk_of):
     fleet, desk = desk_of("quad1")
     quad = guided(fleet)
