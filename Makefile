@@ -13,6 +13,7 @@ test: $(VENV)/.test pure  # tests replace what compiled modules do not let go of
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
+	$(BIN)/mypy benchmarks docs
 	$(BIN)/python -m pytest -n 3 --dist loadfile  # most tests wait for vehicles, not for the processor
 
 docs: $(VENV)/.test

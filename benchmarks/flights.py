@@ -14,6 +14,7 @@ from machine import Memory, command_line, cpu_seconds, descendants, memory, outp
 
 from mavherd.gcs.run.launcher import Run, RunOptions
 from mavherd.gcs.run.ports import PortPlan
+from mavherd.gcs.run.view import Unseen
 from mavherd.scenarios.loader import load_scenario
 from mavherd.scenarios.schema import Scenario
 
@@ -47,7 +48,7 @@ class Sample(NamedTuple):
 
 
 @dataclass
-class Watch:
+class Watch(Unseen):
     """A view that looks at the processes of a run instead of showing it.
 
     Roles: `launcher`, `coordinator`, `nursery`, and the kinds of vehicles.
@@ -85,9 +86,6 @@ class Watch:
             for pid, role in self.roles.items():
                 if role in self.kinds.values():
                     self.held.setdefault(role, []).append(memory(pid))
-
-    def event(self, event: dict[str, Any]) -> None:
-        """Show nothing."""
 
 
 class Usage(NamedTuple):

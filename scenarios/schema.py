@@ -151,7 +151,7 @@ class Scenario:
     name: str
     robots: tuple[RobotSpec, ...]
     description: str = ""
-    duration: float = 60.0  # s of simulated time; longer is a time-out
+    duration: float = 60.0  # s of fleet time; longer is a time-out
     seed: int = 1
     origin: Origin = field(default_factory=Origin)
     team: Team = Team()

@@ -77,3 +77,14 @@ def test_a_page_without_room_is_refused(tmp_path):
     path.write_text("# Nothing\n")
     with pytest.raises(SystemExit, match="begin proof"):
         importlib.import_module("page").write(path, "proof", "")
+
+
+def test_a_run_can_be_watched(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    flights = importlib.import_module("flights")
+    # not at full speed: it lasts for several looks on any machine
+    report, usage = flights.watch(flights.lone_scenario("rover", 20.0), speed=10.0)
+    assert report["exit_code"] == 0
+    assert usage.of("rover") > 0
+    assert usage.of("coordinator") > 0
+    assert usage.memory["rover"].pss > 1

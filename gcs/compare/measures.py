@@ -130,7 +130,7 @@ MEASURES = (
         "setpoint_gap_s", "longest setpoint gap", "s", 2, LOW, _fleet("setpoint_longest_gap_s")
     ),
     Measure("lost_frames", "lost frames", "", 0, LOW, _fleet("lost_frames")),
-    Measure("duration_s", "simulated", "s", 1, "", _top("duration_s")),
+    Measure("duration_s", "fleet time", "s", 1, "", _top("duration_s")),
     Measure("late_ticks", "late ticks", "", 0, LOW, _top("late_ticks")),
     Measure("cpu_s", "CPU", "s", 1, "", _cpu("total_s")),
     Measure("real_time_factor", "real-time factor", "x", 1, "", _top("real_time_factor")),

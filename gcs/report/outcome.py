@@ -61,7 +61,7 @@ def broken_off(error: str | None, exit_code: int) -> bool:
 
 def timed_out(scenario: Scenario) -> str:
     """Return what is said of a run that was not done in its time."""
-    return f"timed out: not done after {scenario.duration:g} s of simulated time"
+    return f"timed out: not done after {scenario.duration:g} s of fleet time"
 
 
 def conclude(

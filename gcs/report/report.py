@@ -35,7 +35,7 @@ class RunFacts:
     law: str
     lockstep: bool
     speed: float | None  # asked for; None: as fast as it goes
-    duration_s: float  # simulated
+    duration_s: float  # of fleet time
     wall_s: float
     real_time_factor: float
     digest: str | None

@@ -82,6 +82,14 @@ def _arrival(x: Mapping[str, Any]) -> Text:
     return Text("yes" if x["arrived"] else "-")
 
 
+def _time(r: Mapping[str, Any]) -> str:
+    if not r["lockstep"]:
+        return f"{r['duration_s']:.1f} s"
+    wall = f" in {r['wall_s']:.1f} s" if r["wall_s"] is not None else ""
+    factor = f" ({r['real_time_factor']:.1f}x)" if r["real_time_factor"] is not None else ""
+    return f"{r['duration_s']:.1f} s simulated{wall}{factor}"
+
+
 def _numbers(r: Mapping[str, Any]) -> Iterator[RenderableType]:
     collisions = Text(f"{r['collisions']}", style=_tone(not r["collisions"]))
     near = r["min_separation_m"]
@@ -89,9 +97,7 @@ def _numbers(r: Mapping[str, Any]) -> Iterator[RenderableType]:
         "collisions ",
         collisions,
         f"  nearest {near:.2f} m" if near is not None else "",
-        f"  {r['duration_s']:.1f} s simulated",
-        f" in {r['wall_s']:.1f} s" if r["wall_s"] is not None else "",
-        f" ({r['real_time_factor']:.1f}x)" if r["real_time_factor"] is not None else "",
+        f"  {_time(r)}",
     )
     for line in _warnings(r):
         yield Text(line, style="yellow")

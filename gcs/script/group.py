@@ -28,8 +28,13 @@ class Group:
         return len(self._vehicles)
 
     def arm(self, timeout: float = START_PATIENCE_S) -> None:
-        """Take command of all: guided mode, then armed."""
-        self._fleet.await_all([v.begin_arm(timeout) for v in self])
+        """Take command of all: guided mode, then armed.
+
+        Raises TakenOver when one has disarmed itself on the ground until the last was armed.
+        """
+        waits = [v.begin_arm(timeout) for v in self]
+        self._fleet.await_all(waits)
+        self._fleet.await_all(waits)  # all at one moment
 
     def takeoff(self, up: float, timeout: float = DEFAULT_S) -> None:
         """Have all quadcopters climb to `up` metres; rovers stay where they are."""

@@ -110,7 +110,7 @@ def test_when_the_launcher_of_a_free_run_is_killed_all_others_end_by_themselves(
 def test_a_run_that_takes_too_long_ends_with_4(sandbox):
     done = sandbox.run("run", sandbox.scenario(duration=3), "--no-record")
     assert done.code == 4
-    assert done.complaint == "mavherd: timed out: not done after 3 s of simulated time"
+    assert done.complaint == "mavherd: timed out: not done after 3 s of fleet time"
     assert (done.report["exit_code"], done.report["passed"]) == (4, False)
     assert not done.report["partial"]
 

@@ -186,6 +186,17 @@ def test_one_that_disarmed_itself_between_two_orders_says_so_at_the_next(desk_of
     quad.takeoff(up=2)
 
 
+def test_a_group_is_armed_when_all_are_at_one_moment(desk_of):
+    fleet, desk = desk_of("quad1", "rover1")
+    fleet["quad1"].param["DISARM_DELAY"] = 3
+    desk.silent.add("rover1")
+    desk.at[desk.now + 6] = lambda: desk.silent.remove("rover1")
+    with pytest.raises(TakenOver, match="quad1: disarmed itself at "):
+        fleet.all.arm()
+    fleet.all.arm()
+    assert all(vehicle.armed for vehicle in fleet)
+
+
 def test_a_silent_link_is_lost(desk_of):
     fleet, desk = desk_of("quad1")
     quad = guided(fleet)
