@@ -340,11 +340,14 @@ def test_numbers_that_mean_trouble_are_in_the_summary_and_no_others():
     report |= {"duration_s": 1.0, "wall_s": None, "real_time_factor": None, "late_ticks": 0}
     report |= {"outside_clients": 0, "partial": False, "digest": None, "run_id": "s-1"}
 
-    def shown(**numbers):
+    def shown(lockstep=True, **numbers):
         out = console(terminal=False)
-        out.print(summary_table(report | {"fleet": fleet | numbers}, Path("runs/s-1")))
+        told = report | {"fleet": fleet | numbers, "lockstep": lockstep}
+        out.print(summary_table(told, Path("runs/s-1")))
         return out.file.getvalue()
 
+    assert "1.0 s simulated" in shown()
+    assert "simulated" not in shown(lockstep=False), "external vehicles may be real"
     assert not {"deadlock", "setpoints", "links"} & set(re.split(r"\W", shown()))
     assert "deadlock: for 3.5 s some stood" in shown(deadlock_any_s=3.5)
     assert "deadlock: for 2.0 s nobody moved" in shown(deadlock_any_s=3.5, deadlock_all_s=2.0)
